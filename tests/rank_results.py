@@ -8,12 +8,39 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from rank_scenes import PRESSURES, SCENES, SCHEMES
+from rank_scenes import CONTACT_RANKS, PRESSURES, SCENES, SCHEMES
 
 import tcontact as tc
-from tcontact.device import ranks
+from tcontact.device import arrays, ranks
+from tcontact.device.exchange import Exchange
+from tcontact.run import rank_run
+from tcontact.schemes.explicit.rank_state import RankState
 
 AGAIN = ("layered", "metal")
+
+
+STATES = []  # of the ranks of the run, in their order
+
+
+class Watched(RankState):
+    """The state of a rank, which is kept to look at its copies of nodes."""
+
+    def __init__(self, *given):
+        STATES.append(self)
+        super().__init__(*given)
+
+
+def unequal_copies():
+    """Return how many nodes have copies of other bits on some rank, and how many ranks have contact nodes."""
+    wrong, contact = 0, 0
+    for state in STATES:
+        motion = np.stack([arrays.get(values).reshape(-1, 3) for values in (state.u, state.v)], axis=1)
+        own = {node: motion[at].tobytes() for at, node in enumerate(state.part.nodes.tolist())}
+        known = {}
+        for one in state.team.comm.allgather(own):
+            wrong += sum(known.setdefault(node, bits) != bits for node, bits in one.items())
+        contact += sum(state.team.comm.allgather(state.contact is not None))
+    return wrong, contact
 
 
 def main(folder, names):
@@ -21,7 +48,10 @@ def main(folder, names):
     warnings.simplefilter("ignore")
     for name in names:
         out = Path(folder) / name
+        STATES.clear()
+        before = Exchange.all_messages
         options = {"scheme": SCHEMES.get(name, tc.CentralDifference()), "pressures": name in PRESSURES}
+        options["contact_ranks"] = CONTACT_RANKS.get(name)
         result = tc.simulate(SCENES[name](), frames=3, fields="all", out=out, threads=1, **options)
         values = {"x": result.position, "v": result.velocity, "force": result.contact_node_force} | result.metals
         values |= {f"history {name}": column for name, column in result.history.items()}
@@ -29,6 +59,9 @@ def main(folder, names):
         states = [block for body in result.points for block in body]
         values |= {f"points {i}": state for i, state in enumerate(states)}
         values |= {"limit": np.array(result.dt_limit), "dt": np.array(result.dt), "steps": np.array(result.steps)}
+        copies, contact = unequal_copies()
+        told = {"copies": np.array(copies), "touching": np.array(contact)}
+        told["messages"] = np.array(Exchange.all_messages - before)
         if name in AGAIN:
             again = tc.simulate(SCENES[name](), initial=result, threads=1)
             values |= {"x again": again.position, "v again": again.velocity, "force again": again.contact_node_force}
@@ -36,7 +69,9 @@ def main(folder, names):
             values[f"maximum {quantity}"] = np.array([one.value, one.time, one.cell])
         if ranks.is_first_rank():
             np.savez(out / "values.npz", reason=np.array(result.reason), **values)
+            np.savez(out / "ranks.npz", **told)
 
 
+rank_run.RankState = Watched
 if __name__ == "__main__":
     main(sys.argv[1], sys.argv[2:])

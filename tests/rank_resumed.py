@@ -7,7 +7,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from rank_scenes import SCENES
+from rank_scenes import CONTACT_RANKS, SCENES
 
 import tcontact as tc
 from tcontact.device import ranks
@@ -40,7 +40,8 @@ def main(folder, mode, *names):
         if mode == "resumed":
             result = tc.resume(own, scene, threads=1)
         else:
-            result = tc.simulate(scene, out=own, frames=5, threads=1, checkpoint=CHECKPOINT)
+            shared = CONTACT_RANKS.get(name)
+            result = tc.simulate(scene, out=own, frames=5, threads=1, checkpoint=CHECKPOINT, contact_ranks=shared)
         DomainState.advance = original
         if ranks.is_first_rank():
             values = {"x": result.position, "v": result.velocity, "force": result.contact_node_force}

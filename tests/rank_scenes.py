@@ -157,9 +157,34 @@ def burst():
     return tc.Scene([swaying], duration=9e-3)
 
 
+def halves():
+    """Ranks share the contact of two bodies with a plane that swings: hexahedra, and tetrahedra held on a side."""
+    plane = tc.Plane(velocity=lambda t: (0.0, 0.0, 3.0 * np.sin(1e3 * t)))
+    mesh = tc.box_mesh((0.05, 0.04, 0.06), (3, 3, 3), kind="tet4").translated((0.2, 0.0, 2e-4))
+    small = tc.Body(mesh, LAWS["linear"], velocity=(0.0, 0.0, -6.0), contact="zmin", supports=[tc.Support("xmin", "x")])
+    contact = tc.MasslessContact(removal="normal", tolerance=EXACT)
+    bodies = [block(counts=(6, 5, 3), contact="zmin"), small]
+    return tc.Scene(bodies, [plane], 1e-3, contact=contact, gravity=(0, 0, -9.81), damping=tc.MassDamping(50.0))
+
+
+def walls():
+    """Ranks share a contact that reaches every cell: full removal and friction in a corner."""
+    planes = [tc.Plane(), tc.Plane((-1e-4, 0.0, 0.0), (1.0, 0.0, 0.0))]
+    body = block(contact=("zmin", "xmin"), counts=(2, 5, 4), velocity=(-5.0, 2.0, -8.0))
+    contact = tc.MasslessContact(removal="full", tolerance=EXACT)
+    return tc.Scene([body], planes, 1.2e-3, contact=contact, friction=tc.Coulomb(0.3), gravity=(0.0, 0.0, -9.81))
+
+
+def springy():
+    """Ranks share the penalty on massless nodes, of a law whose tangent follows the motion."""
+    contact = tc.MasslessContact(removal="full", penalty=1e12, tolerance=1e-9)
+    return tc.Scene([block("neo", counts=(6, 4, 3), contact="zmin")], [tc.Plane()], 1e-3, contact=contact)
+
+
 EVERY = (free, normal, corner, layered, pushed, impulses, held, pulled, adrift, pair, rigid, metal, sensed, mixed)
-EVERY = (*EVERY, crushed, burst)
+EVERY = (*EVERY, crushed, burst, halves, walls, springy)
 SCENES = {one.__name__: one for one in EVERY}
 SCHEMES = {"crushed": tc.CentralDifference(cfl=0.2), "burst": tc.CentralDifference(dt=1.7e-4)}
 REASONS = {"crushed": "inverted-cell", "burst": "diverged"}  # of the others: "finished"
-PRESSURES = ("normal", "pushed", "pair")  # their runs keep pressures, and so do one row at a time
+CONTACT_RANKS = {"halves": 4, "walls": 2, "springy": 3}  # of the others: as many as the model of the work says
+PRESSURES = ("normal", "pushed", "pair", "walls")  # their runs keep pressures, and so do one row at a time

@@ -8,8 +8,8 @@ import tcontact as tc
 from tcontact.base.errors import InputError
 from tcontact.planning.contact_graph import contact_graph, residual_receivers
 from tcontact.planning.lumped_mass import corner_masses
-from tcontact.planning.partition.contact_parts import contact_parts, receiver_ranks
-from tcontact.planning.partition.cut import EXTRA_WORK, CellGraph, cut_cells
+from tcontact.planning.partition.contact_parts import contact_part, receiver_ranks
+from tcontact.planning.partition.cut import EXTRA_WORK, CellGraph, contact_ranks, cut_cells
 from tcontact.planning.partition.parts import parts_of
 
 pytest.importorskip("pymetis", reason="METIS cuts the meshes: pip install pymetis")
@@ -106,9 +106,9 @@ def test_contact_ranks_are_few_and_the_time_of_a_step_is_the_mean(cells, ranks, 
 
 @every_count
 @every_mesh
-def test_ghosts_are_the_columns_of_own_rows_that_others_own(mesh, ranks):
-    contact, _, parts = cut_mesh(mesh, ranks, extra=0.0)
-    found = contact_parts(mesh.blocks, parts, contact)
+def test_ghosts_are_the_nodes_of_own_rows_and_own_cells_that_others_own(mesh, ranks):
+    contact, rank, parts = cut_mesh(mesh, ranks, extra=0.0)
+    found = [contact_part(mesh.blocks, rank, contact, own) for own in range(ranks)]
     graph = contact_graph(mesh.cells, contact, mesh.node_count, mesh.repeated)
     columns = {
         node: set(graph.nodes[graph.column[graph.row_start[k] : graph.row_start[k + 1]]].tolist())
@@ -117,7 +117,8 @@ def test_ghosts_are_the_columns_of_own_rows_that_others_own(mesh, ranks):
     assert sorted(np.concatenate([part.owned for part in found])) == sorted(contact)
     for part in found:
         own = set(part.owned.tolist())
-        needed = set().union(*(columns[node] for node in own)) - own
+        copies = set(np.intersect1d(parts[part.rank].nodes, contact).tolist())
+        needed = (set().union(*(columns[node] for node in own)) | copies) - own
         assert sorted(np.concatenate([[], *(nodes for _, nodes in part.ghosts)])) == sorted(needed)
         for other, nodes in part.ghosts:
             assert set(nodes.tolist()) <= set(found[other].owned.tolist())
@@ -184,3 +185,34 @@ def test_cells_that_share_a_face_are_neighbours(mesh):
 def test_the_same_mesh_is_cut_the_same_way_twice():
     mesh = MESHES["tet4"]()
     assert (cut_mesh(mesh, 4)[1] == cut_mesh(mesh, 4)[1]).all()
+
+
+@pytest.mark.parametrize(
+    ("size", "ranks", "removal", "expected"),
+    [(24, 4, "normal", 1), (64, 8, "full", 1), (32, 512, "full", 1), (160, 64, "full", 4), (160, 8, "normal", 1)],
+)
+def test_few_contact_nodes_stay_together_and_many_are_shared_where_that_shortens_the_step(
+    size, ranks, removal, expected
+):
+    nodes, cells = (size + 1) ** 2, size**3
+    assert contact_ranks(cells, size**2, nodes, ranks, removal, cells - size**2) == expected
+
+
+def test_a_contact_that_leaves_no_cells_for_other_ranks_is_shared():
+    assert contact_ranks(40, 40, 66, 2, "full", 0) == 2
+
+
+@pytest.mark.parametrize("patches", [2, 3, 4])
+def test_patches_have_equal_contact_work_and_the_first_rank_what_belongs_together(patches):
+    """Cells that belong together stand in a corner of the face, and in one above it."""
+    mesh = tc.box_mesh((1.0, 1.0, 1.0), (12, 12, 12))
+    contact, together = mesh.nodes_of("zmin"), np.array([0, 1, 12, 13, 1700, 1701])
+    extra = EXTRA_WORK["normal"]
+    rank = cut_cells(mesh.blocks, mesh.node_count, 4, contact, extra, patches, together)
+    touching = np.isin(mesh.cells, contact).any(axis=1)
+    own = np.bincount(rank[touching], minlength=4)
+    assert (rank[together] == 0).all()
+    assert (own > 0).sum() == patches
+    assert own.max() <= 1.05 * own[own > 0].mean() + 2
+    work = np.bincount(rank, minlength=4) + extra * own
+    assert work.max() <= 1.1 * work.mean()

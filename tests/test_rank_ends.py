@@ -160,13 +160,13 @@ def test_a_rank_waits_until_its_last_lines_are_read_but_not_for_ever():
 def whole(tmp_path_factory):
     """Runs on two ranks that never stopped, by scene."""
     folder = tmp_path_factory.mktemp("whole")
-    done = mpiexec(2, "rank_resumed.py", folder, "whole", "normal", "sensed")
+    done = mpiexec(2, "rank_resumed.py", folder, "whole", "normal", "sensed", "walls")
     assert done.returncode == 0, done.stderr
     assert not list(folder.rglob("checkpoint*"))
-    return {name: np.load(folder / name / "whole.npz") for name in ("normal", "sensed")}
+    return {name: np.load(folder / name / "whole.npz") for name in ("normal", "sensed", "walls")}
 
 
-@pytest.mark.parametrize(("stop", "name"), [("killed", "normal"), ("signalled", "normal"), ("killed", "sensed")])
+@pytest.mark.parametrize(("stop", "name"), [("killed", "walls"), ("signalled", "normal"), ("killed", "sensed")])
 def test_a_run_on_two_ranks_goes_on_with_the_bits_of_one_that_never_stopped(whole, tmp_path, stop, name):
     first = mpiexec(2, "rank_resumed.py", tmp_path, stop, name)
     assert (first.returncode == 0) == (stop == "signalled")

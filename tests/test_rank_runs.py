@@ -9,12 +9,15 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from rank_scenes import REASONS, SCENES
+from rank_scenes import CONTACT_RANKS, REASONS, SCENES
 from test_ranks import HERE, mpiexec, pytestmark  # noqa: F401 - skips these tests where MPI is missing
+
+from tcontact.planning.planning import plan
 
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
 CANCEL = {"contact_force": "pair_force:lower-upper", "impulse": "pair_force:lower-upper"}
-SEVERAL = {3: ("normal", "pair"), 4: ("free", "held")}
+ON_TWO = [name for name in SCENES if name not in ("halves", "springy")]
+SEVERAL = {3: ("normal", "pair", "halves", "springy"), 4: ("free", "held", "halves")}
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +38,7 @@ def together(tmp_path_factory):
     def run(count):
         if count not in found:
             found[count] = tmp_path_factory.mktemp(f"ranks-{count}")
-            done = mpiexec(count, "rank_results.py", found[count], *SEVERAL.get(count, SCENES), timeout=400)
+            done = mpiexec(count, "rank_results.py", found[count], *SEVERAL.get(count, ON_TWO), timeout=400)
             assert done.returncode == 0, done.stderr
             assert not done.stderr
         return found[count]
@@ -67,7 +70,7 @@ def units(known):
     return found | dict.fromkeys(("contact_force", "support_force", "applied_force"), force)
 
 
-CASES = [(2, name) for name in SCENES] + [(count, name) for count, names in SEVERAL.items() for name in names]
+CASES = [(2, name) for name in ON_TWO] + [(count, name) for count, names in SEVERAL.items() for name in names]
 
 
 @pytest.mark.parametrize(("count", "name"), CASES)
@@ -92,6 +95,30 @@ def test_a_run_on_several_ranks_is_that_on_one(alone, together, count, name):
     assert wrong == []
 
 
+@pytest.mark.parametrize(("count", "name"), CASES)
+def test_copies_of_nodes_have_equal_bits_and_ranks_share_the_contact_where_asked(together, count, name):
+    told = np.load(together(count) / name / "ranks.npz")
+    assert told["copies"] == 0
+    if name in CONTACT_RANKS:
+        assert told["touching"] == min(count, CONTACT_RANKS[name])
+    else:
+        assert told["touching"] <= 1
+
+
+def test_a_shared_contact_takes_one_exchange_for_every_colour_of_a_sweep(together):
+    """Beside these: forces of cells, of contact cells, what the solve leaves; rows of K_KK; active rows, friction.
+
+    A pair of accelerated sweeps takes one more.
+    """
+    folder = together(2) / "walls"
+    told, known = np.load(folder / "ranks.npz"), np.load(folder / "values.npz")
+    body = plan(SCENES["walls"]()).bodies[0]
+    sweeps, steps = known["history sweeps"].sum(), int(known["steps"])
+    start = 100  # for the search for the stable step
+    colours = body.contact.graph.colours
+    assert 0.5 * colours * sweeps < told["messages"] <= (colours + 0.5) * sweeps + 8 * steps + start
+
+
 @pytest.mark.parametrize("name", ["normal", "metal"])
 def test_the_first_rank_writes_the_files_of_one_rank(alone, together, name):
     one, several = alone / name, together(2) / name
@@ -106,8 +133,9 @@ def test_the_first_rank_writes_the_files_of_one_rank(alone, together, name):
     assert json.loads((several / "summary.json").read_text(encoding="utf-8"))["ranks"] == 2
 
 
-def test_the_same_run_on_the_same_ranks_has_equal_bits(together, tmp_path):
-    done = mpiexec(4, "rank_results.py", tmp_path, "free")
+@pytest.mark.parametrize(("count", "name"), [(4, "free"), (2, "walls")])
+def test_the_same_run_on_the_same_ranks_has_equal_bits(together, tmp_path, count, name):
+    done = mpiexec(count, "rank_results.py", tmp_path, name)
     assert done.returncode == 0, done.stderr
-    first, second = (np.load(Path(folder) / "free" / "values.npz") for folder in (together(4), tmp_path))
+    first, second = (np.load(Path(folder) / name / "values.npz") for folder in (together(count), tmp_path))
     assert [key for key in first.files if first[key].tobytes() != second[key].tobytes()] == []

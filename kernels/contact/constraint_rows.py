@@ -12,6 +12,7 @@ computes the load of the partner from it.
 
 from ..columns import SUMS
 from ..engine import ti
+from ..language.counted import counted
 from ..language.threads import item, leader, over_threads, turns
 from .islands import node_count
 
@@ -99,10 +100,11 @@ def hand_over(body: ti.template(), contact: ti.template(), rows: ti.template()):
     force = ti.Vector.zero(ti.f64, 3)
     pressed = 0.0
     for turn in range(turns(contact, node_count(contact))):
-        total = hand_over_node(body, contact, rows, item(contact, turn))
-        force += total
+        k = item(contact, turn)
+        total = hand_over_node(body, contact, rows, k)
+        force += counted(contact, k) * total
         if total.norm() > 0.0:
-            pressed += 1.0
+            pressed += counted(contact, k)
     sums = over_threads(contact, [force[0], force[1], force[2], pressed], SUMMED)
     for j in ti.static(range(3)):
         contact.sums[SUMS.contact_force + j] = sums[j]
@@ -122,7 +124,7 @@ def hand_over_friction(body: ti.template(), contact: ti.template(), rows: ti.tem
     for turn in range(turns(contact, node_count(contact))):
         k = item(contact, turn)
         total = sum_of_rows(rows, k, rows.at.kick_friction)
-        force += total
+        force += counted(contact, k) * total
         for j in ti.static(range(3)):
             contact.force[3 * k + j] = contact.force[3 * k + j] + total[j]
             body.special_force[3 * k + j] = body.special_force[3 * k + j] - total[j]

@@ -12,6 +12,7 @@ the kinetic energy, so that any number of nodes sticks to a light obstacle.
 from ..columns import SUMS
 from ..engine import ti
 from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
+from ..language.counted import counted
 from ..language.entries import row
 from ..language.threads import item, over_threads, turns
 from ..nodes.boundary_nodes import symmetric
@@ -86,8 +87,8 @@ def kick_friction(
         before, after, _change, slip = kick_friction_node(body, boundary, contact, rows, obstacles, rigid, damped, k)
         if ti.static(contact.options.recorded):
             record_kick(contact, k, before, after, slip)
-        early += before
-        late += after
+        early += counted(contact, k) * before
+        late += counted(contact, k) * after
     works = over_threads(contact, [early, late], ("sum", "sum"))
     add_work(contact, works[0])
     contact.sums[SUMS.friction_after] = works[1]

@@ -7,6 +7,7 @@ Where there are more than MAXIMUM_SLOTS obstacles, the candidates are the neares
 from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, SUMS, UNREACHED, loads_place
 from ..engine import ti
 from ..lanes import MAXIMUM_SLOTS
+from ..language.counted import counted
 from ..language.entries import row, three
 from ..language.threads import item, meet, over_threads, smallest_of, turns
 from ..nodes.rigid_record import kind_of
@@ -140,15 +141,16 @@ def obstacle_loads(
         power_of_all = 0.0
         for k in range(node_count(contact)):
             x = position(contact.reference, k, u, contact.nodes[k])
+            share = counted(contact, k)
             for r in range(k * slots, k * slots + own):
                 p = obstacles.candidates[r]
                 force, moment, supplied = load_of_row(obstacles, rows, contact, rigid, r, x)
                 first = power + 1 + OBSTACLE_LOADS * p
                 force_place, moment_place = first + OBSTACLE_LOAD.obstacle_force, first + OBSTACLE_LOAD.obstacle_moment
                 for j in ti.static(range(3)):
-                    contact.sums[force_place + j] = contact.sums[force_place + j] - force[j]
-                    contact.sums[moment_place + j] = contact.sums[moment_place + j] - moment[j]
-                power_of_all += supplied
+                    contact.sums[force_place + j] = contact.sums[force_place + j] - share * force[j]
+                    contact.sums[moment_place + j] = contact.sums[moment_place + j] - share * moment[j]
+                power_of_all += share * supplied
         contact.sums[power] = power_of_all
 
 

@@ -113,7 +113,9 @@ class Contact(NamedTuple):
     the unbalanced force of the static solve acts, those of node k at residual_receivers[k] .. residual_receivers[k+1].
     Where threads share the loops: shared: values of every thread (threads.py); residual_givers: the transposed list,
     the contact nodes whose share acts on boundary node s at residual_givers[s] .. residual_givers[s+1];
-    residual_shares [k, 3] [N]: of each receiver of node k.
+    residual_shares [k, 3] [N]: of each receiver of node k. Where other ranks have copies of nodes: counted [s]: 1.0 for
+    the boundary nodes that the sums of this rank count, else 0.0 (counted.py); residual_shares [k, 3] [N]: of all
+    receivers of node k together.
     """
 
     nodes: Index = None
@@ -131,7 +133,13 @@ class Contact(NamedTuple):
     shared: Array = None
     residual_givers: Index = None
     residual_shares: Array = None
+    counted: Array = None
     options: Any = None
+
+    @property
+    def copied(self) -> bool:
+        """Return whether other ranks have copies of its nodes."""
+        return self.counted is not None
 
 
 class Obstacles(NamedTuple):
@@ -225,7 +233,9 @@ class ContactOptions(NamedTuple):
     contact cells are viscous; projected: MPRGP solves instead of the sweeps; coupled: bodies are in contact with each
     other; plain: the basis of every massless node is the identity (asked for with coupled bodies only); varied: the
     coefficients of friction of the rows change in the run; recorded: slip and friction work of every node are summed up
-    for frames (friction_record.py); free: some obstacles move freely; posed: the host places others for every step.
+    for frames (friction_record.py); free: some obstacles move freely; posed: the host places others for every step;
+    threads: that share the loops (threads.py); shared: ranks share the static solve, whose phases the host launches
+    (step/rank_solve.py).
     """
 
     model: str = ""
@@ -246,6 +256,7 @@ class ContactOptions(NamedTuple):
     free: bool = False
     posed: bool = False
     threads: int = 1
+    shared: bool = False
 
     @property
     def obstacle_slots(self) -> int:
@@ -374,6 +385,13 @@ class JointPairs(NamedTuple):
         if name not in PAIR_LISTS:
             raise AttributeError(name)
         return JointList(self.lists, PAIR_LISTS.index(name))
+
+
+class RankLaunch(NamedTuple):
+    """Arrays of a phase of a static solve that ranks share (step/rank_solve.py): see rank_phases.py."""
+
+    control: Array = None
+    measured: Array = None
 
 
 class Launch(NamedTuple):

@@ -9,6 +9,7 @@ since the static solve places them. special_force is the internal force less the
 from ..columns import BOUNDARY, BOUNDARY_SUMS, FIRST, SUPPORT, SUPPORT_SUMS
 from ..engine import ti
 from ..lanes import DRIFT, GRAVITY, KICK_AFTER, KICK_BEFORE
+from ..language.counted import counted
 from ..language.entries import row, three
 from ..language.threads import item, meet, over_threads, turns
 from .damping import damping_force
@@ -59,14 +60,15 @@ def kick_and_drift(body: ti.template(), boundary: ti.template(), contact: ti.tem
         velocity = row(body.v, node) + kick_before * acceleration
         momentum = symmetric(boundary.mass, s) @ velocity
         spin = (row(body.position, node) + displacement).cross(momentum)
-        sums[BOUNDARY.kinetic] += 0.5 * velocity.dot(momentum)
+        share = counted(contact, s)
+        sums[BOUNDARY.kinetic] += share * (0.5 * velocity.dot(momentum))
         for j in ti.static(range(3)):
-            sums[BOUNDARY.momentum + j] += momentum[j]
-            sums[BOUNDARY.angular_momentum + j] += spin[j]
+            sums[BOUNDARY.momentum + j] += share * momentum[j]
+            sums[BOUNDARY.angular_momentum + j] += share * spin[j]
         if ti.static(loaded != ""):
-            sums[BOUNDARY.load_work] += weight(body, boundary, s).dot(displacement)
+            sums[BOUNDARY.load_work] += share * weight(body, boundary, s).dot(displacement)
         else:
-            sums[BOUNDARY.load_work] += row(boundary.load, s).dot(displacement)
+            sums[BOUNDARY.load_work] += share * row(boundary.load, s).dot(displacement)
         velocity += kick_after * acceleration
         for j in ti.static(range(3)):
             body.v[3 * node + j] = velocity[j]

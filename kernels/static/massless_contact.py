@@ -14,6 +14,7 @@ from ..contact.islands import first_node, island_count, node_count
 from ..contact.local_contact import multipliers
 from ..contact.pair_rows import entry, is_slave, pair_row, press_masters
 from ..engine import ti
+from ..language.counted import counted
 from ..language.entries import row
 from ..language.threads import item, leader, meet, over_threads, turns
 from ..pair_places import ROWS, SLAVES
@@ -109,7 +110,7 @@ def massless_load(
                     comes = ti.select(is_slave(coupling, k), 0, 1)
             if comes == 1:
                 stored, left = massless_load_node(body, boundary, contact, rows, system, k)
-                energy += stored
+                energy += counted(contact, k) * stored
                 residual = ti.max(residual, left)
                 if ti.static(contact.options.coupled):
                     if r >= 0:
@@ -176,8 +177,10 @@ def massless_load_node(
         if ti.static(rows.at.pressing >= 0):
             set_number(rows, k * slots + p, rows.at.pressing, pressing[p])
     begin, end = contact.residual_receivers[k], contact.residual_receivers[k + 1]
-    share = (b @ rest) / ti.max(1.0, float(end - begin))
-    if ti.static(contact.options.threads > 1):  # the receivers add up the shares afterwards
+    share = b @ rest
+    if ti.static(not contact.options.shared):
+        share = share / ti.max(1.0, float(end - begin))
+    if ti.static(contact.options.threads > 1 or contact.options.shared):  # the receivers add up the shares afterwards
         for j in ti.static(range(3)):
             contact.residual_shares[3 * k + j] = share[j]
     else:

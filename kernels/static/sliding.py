@@ -34,6 +34,7 @@ from ..contact.islands import node_count
 from ..contact.local_contact import multipliers
 from ..contact.pair_rows import entry, is_slave, pair_row, weight
 from ..engine import ti
+from ..language.counted import counted
 from ..language.entries import put_three, row, three
 from ..language.threads import item, meet, sum_of, turns
 from ..pair_places import FIRST_ENTRY, MASTERS, NODE_ROW
@@ -107,7 +108,8 @@ def sliding_work(
     """Add the work of friction in the step that ends here, and restart the slip."""
     work = 0.0
     for turn in range(turns(contact, node_count(contact))):
-        work += sliding_work_node(body, boundary, contact, rows, coupling, item(contact, turn))
+        k = item(contact, turn)
+        work += counted(contact, k) * sliding_work_node(body, boundary, contact, rows, coupling, k)
     add_work(contact, sum_of(contact, work))
     restart_slip(body, contact)
 

@@ -84,18 +84,13 @@ def assemble(
     island,
 ):
     """Set the right sides and constraints of the linear problem of an island, and measure its static residual."""
-    stats = ti.static(system.stats)
-    at = island * STATS
     scale = system.settings[island * SETTINGS + MINIMUM_FORCE]
     residual = 0.0
     rounding = 0.0
     begin = first_node(contact, island)
     for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
         k = begin + item(contact, turn)
-        moved = row(body.u, contact.nodes[k]).norm() * stats[at + STIFFEST]
-        if contact.compliance[k] > 0.0:
-            moved += (row(contact.reference, k) + row(body.u, contact.nodes[k])).norm() / contact.compliance[k]
-        rounding = ti.max(rounding, EPSILON * moved)
+        rounding = ti.max(rounding, rounding_of_node(body, contact, system, island, k))
         scale = ti.max(scale, measure_node(body, boundary, contact, system, viscous, k))
         if ti.static(not contact.options.coupled):
             residual = ti.max(residual, assemble_node(body, boundary, contact, rows, coupling, system, k))
@@ -109,10 +104,27 @@ def assemble(
             residual = ti.max(residual, assemble_node(body, boundary, contact, rows, coupling, system, k))
     largest_of = over_threads(contact, [scale, residual, rounding], ("max", "max", "max"))
     if leader(contact) == 1:
-        stats[at + F_REF] = largest_of[0]
-        stats[at + BEFORE] = stats[at + RESIDUAL]
-        stats[at + RESIDUAL] = largest_of[1] / largest_of[0]
-        stats[at + ROUNDING] = largest_of[2] / largest_of[0]
+        note_measure(system, island, largest_of[0], largest_of[1], largest_of[2])
+
+
+@ti.func
+def note_measure(system: ti.template(), island, scale, residual, rounding):
+    """Note the force scale of an island [N], its residual [N] and the rounding error of that [N]."""
+    stats = ti.static(system.stats)
+    at = island * STATS
+    stats[at + F_REF] = scale
+    stats[at + BEFORE] = stats[at + RESIDUAL]
+    stats[at + RESIDUAL] = residual / scale
+    stats[at + ROUNDING] = rounding / scale
+
+
+@ti.func
+def rounding_of_node(body: ti.template(), contact: ti.template(), system: ti.template(), island, k):
+    """Return the rounding error [N] of the residual of node k."""
+    moved = row(body.u, contact.nodes[k]).norm() * system.stats[island * STATS + STIFFEST]
+    if contact.compliance[k] > 0.0:
+        moved += (row(contact.reference, k) + row(body.u, contact.nodes[k])).norm() / contact.compliance[k]
+    return EPSILON * moved
 
 
 @ti.func
@@ -125,15 +137,21 @@ def measure_node(
     k,
 ):
     """Set the right side B^t (f_ext - f) of node k; return the sum of |f_cell| [N]."""
-    block = ti.static(contact.options.block)
-    stride = system.stiffness.shape[0]
     force, magnitude = collect(body, contact, k)
     if ti.static(contact.options.viscous):
         force += viscous_force(body, viscous, k)
+    set_right(boundary, contact, system, k, force)
+    return magnitude
+
+
+@ti.func
+def set_right(boundary: ti.template(), contact: ti.template(), system: ti.template(), k, force):
+    """Set the right side B^t (f_ext - f) of node k; force [3] [N]: f."""
+    block = ti.static(contact.options.block)
+    stride = system.stiffness.shape[0]
     right = basis_of(contact.basis, k, block).transpose() @ (row(boundary.load, k) - force)
     for j in ti.static(range(block)):
         system.right[j * stride + k] = right[j]
-    return magnitude
 
 
 @ti.func
@@ -240,14 +258,28 @@ def blocks_of_node(
 ):
     """Assemble the row of node k in K_KK and invert its diagonal block; return trace and smallest pivot of the block.
 
-    The first entry of a row is the diagonal block. A component that B does not use gets the trace as its stiffness.
+    The first entry of a row is the diagonal block.
     """
-    stride = system.stiffness.shape[0]
+    couplings_of_node(body, pairs, system, k, block)
+    return invert_diagonal(contact, system, k, summed(body, pairs, pairs.row_start[k], block), block)
+
+
+@ti.func
+def couplings_of_node(body: ti.template(), pairs: ti.template(), system: ti.template(), k, block: ti.template()):
+    """Assemble the blocks off the diagonal of the row of node k in K_KK."""
     for e in range(pairs.row_start[k] + 1, pairs.row_start[k + 1]):
         total = summed(body, pairs, e, block)
         for i, j in ti.static(ti.ndrange(block, block)):
             system.values[pairs.entries[2 * e + 1] + (i * block + j) * LANES] = total[i, j]
-    diagonal = summed(body, pairs, pairs.row_start[k], block)
+
+
+@ti.func
+def invert_diagonal(contact: ti.template(), system: ti.template(), k, diagonal, block: ti.template()):
+    """Invert the diagonal block of node k in K_KK; return its trace and its smallest pivot.
+
+    A component that B does not use gets the trace as its stiffness.
+    """
+    stride = system.stiffness.shape[0]
     trace = diagonal.trace()
     filled = diagonal
     for j in ti.static(range(block)):
@@ -289,13 +321,10 @@ def conclude(contact: ti.template(), system: ti.template(), island):
 
 
 @functools.cache
-def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, threads: int = 1):
-    """Return resolve(body, boundary, contact, rows, coupling, pairs, system, viscous, first), memoised.
+def make_linearise(cells: tuple[tuple[str, str], ...], block: int, plain: bool, threads: int = 1):
+    """Return linearise(body, contact, pairs, system, viscous, island), memoised; see `make_resolve`.
 
-    It does one iteration of the static solve of every island. It is called after each force pass over the contact
-    cells, with the rows filled at the present state; stats[NEXT] says which islands need another pass. first: 1 at the
-    first call of a time step; viscous: data of viscous contact cells (cell_viscosity.py); plain: every basis is the
-    identity; threads: `ContactOptions.threads`.
+    It computes the stiffness between the contact nodes of every contact cell of an island at the present state.
     """
     tangents = [
         make_reduced_tangent(kind, law, block, threads)
@@ -306,6 +335,43 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, th
     viscous_tangents = [make_viscous_tangent(kind, block, plain) for kind, _law in cells]
     dampings = [make_damping_tangent(kind, block, plain) for kind, _law in cells]
     metals = [LAWS[law].plastic is not None for _kind, law in cells]
+
+    @ti.func
+    def linearise(
+        body: ti.template(), contact: ti.template(), pairs: ti.template(), system: ti.template(),
+        viscous: ti.template(), island,
+    ):  # fmt: skip
+        stats = ti.static(system.stats)
+        at = island * STATS
+        for number in range(first_block(contact, island), first_block(contact, island + 1)):
+            for i in ti.static(range(len(tangents))):
+                if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
+                    tangents[i](body, contact.basis, pairs, number)
+                    if ti.static(body.viscous_metal and metals[i]):
+                        viscous_tangents[i](body, contact.basis, pairs, number)
+                    if ti.static(contact.options.viscous and metals[i]):
+                        dampings[i](body, contact.basis, pairs, viscous, number)
+                    elif ti.static(contact.options.viscous):
+                        stiffen(pairs, viscous, block, number)
+        if ti.static(contact.options.viscous):
+            stats[at + VISCOUS_RATE] = viscous[RATE]
+        elif ti.static(body.viscous_metal):
+            stats[at + VISCOUS_RATE] = body.params[STEP]
+        meet(contact)
+
+    return linearise
+
+
+@functools.cache
+def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, threads: int = 1):
+    """Return resolve(body, boundary, contact, rows, coupling, pairs, system, viscous, first), memoised.
+
+    It does one iteration of the static solve of every island. It is called after each force pass over the contact
+    cells, with the rows filled at the present state; stats[NEXT] says which islands need another pass. first: 1 at the
+    first call of a time step; viscous: data of viscous contact cells (cell_viscosity.py); plain: every basis is the
+    identity; threads: `ContactOptions.threads`.
+    """
+    linearise = make_linearise(cells, block, plain, threads)
 
     @ti.func
     def resolve_island(
@@ -337,21 +403,7 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, th
         if ti.static(contact.options.free):
             needed = True  # the stable step of an obstacle that moves freely depends on it
         if needed and stats[at + STALE] == 1.0:
-            for number in range(first_block(contact, island), first_block(contact, island + 1)):
-                for i in ti.static(range(len(tangents))):
-                    if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
-                        tangents[i](body, contact.basis, pairs, number)
-                        if ti.static(body.viscous_metal and metals[i]):
-                            viscous_tangents[i](body, contact.basis, pairs, number)
-                        if ti.static(contact.options.viscous and metals[i]):
-                            dampings[i](body, contact.basis, pairs, viscous, number)
-                        elif ti.static(contact.options.viscous):
-                            stiffen(pairs, viscous, block, number)
-            if ti.static(contact.options.viscous):
-                stats[at + VISCOUS_RATE] = viscous[RATE]
-            elif ti.static(body.viscous_metal):
-                stats[at + VISCOUS_RATE] = body.params[STEP]
-            meet(contact)
+            linearise(body, contact, pairs, system, viscous, island)
             blocks(body, pairs, contact, system, island, block)
             if leader(contact) == 1:
                 stats[at + STALE] = 0.0

@@ -150,10 +150,18 @@ def sweep_once(contact: ti.template(), rows: ti.template(), system: ti.template(
 @ti.func
 def sweep_packs(contact: ti.template(), rows: ti.template(), system: ti.template(), island, relaxation, backward):
     """Update every node of an island once on one thread, pack by pack; return the largest defect [N]."""
+    begin, end = first_pack(contact, island), first_pack(contact, island + 1)
+    return sweep_range(contact, rows, system, begin, end, relaxation, backward)
+
+
+@ti.func
+def sweep_range(
+    contact: ti.template(), rows: ti.template(), system: ti.template(), begin, end, relaxation, backward
+):  # fmt: skip
+    """Update every node of packs begin .. end once on one thread, pack by pack; return the largest defect [N]."""
     block, slots = ti.static(contact.options.block, contact.options.slots)
     stride = system.stiffness.shape[0]
     defect = 0.0
-    begin, end = first_pack(contact, island), first_pack(contact, island + 1)
     for turn in range(end - begin):
         pack = ti.select(backward == 1, end - 1 - turn, begin + turn)
         rest = neighbour_forces(system, pack, block)
@@ -236,15 +244,33 @@ def extrapolate(contact: ti.template(), system: ti.template(), island, factor):
 @ti.func
 def reversed_direction(contact: ti.template(), system: ti.template(), island):
     """Return whether the last pair of sweeps moved d against the change of the pair before."""
+    begin, end = first_node(contact, island), first_node(contact, island + 1)
+    return sum_of(contact, advance_of_pair(contact, system, begin, end)) < 0.0
+
+
+@ti.func
+def advance_of_pair(contact: ti.template(), system: ti.template(), begin, end):
+    """Return the last change of d in nodes begin .. end times the change of the pair of sweeps before."""
     stride = system.stiffness.shape[0]
-    size, begin = stride * ti.static(contact.options.block), first_node(contact, island)
+    size = stride * ti.static(contact.options.block)
     total = 0.0
     for component in range(ti.static(contact.options.block)):
-        for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
+        for turn in range(turns(contact, end - begin)):
             i = component * stride + begin + item(contact, turn)
             now = system.increment[i]
             total += (now - system.increment[2 * size + i]) * (now - system.increment[size + i])
-    return sum_of(contact, total) < 0.0
+    return total
+
+
+@ti.func
+def begin_sweeps(contact: ti.template(), rows: ti.template(), system: ti.template(), island):
+    """Set d to 0 in an island, and compute what its sweeps need of every node."""
+    clear(contact, system, island)
+    lanes = ti.static(contact.options.threads == 1 and not contact.options.static_friction)
+    if ti.static(lanes and contact.options.slots == 1):
+        prepare(contact, system, island, contact.options.block)
+    if ti.static(contact.options.rubs_in_lanes):
+        begin_rubbing(contact, rows, system, island, contact.options.block)
 
 
 @ti.func
@@ -257,12 +283,7 @@ def sweep(contact: ti.template(), rows: ti.template(), system: ti.template(), is
     """
     stats, settings = ti.static(system.stats, system.settings)
     at, its = island * STATS, island * SETTINGS
-    clear(contact, system, island)
-    lanes = ti.static(contact.options.threads == 1 and not contact.options.static_friction)
-    if ti.static(lanes and contact.options.slots == 1):
-        prepare(contact, system, island, contact.options.block)
-    if ti.static(contact.options.rubs_in_lanes):
-        begin_rubbing(contact, rows, system, island, contact.options.block)
+    begin_sweeps(contact, rows, system, island)
     minimum, aim, accepted = goals(stats, settings, island)
     done, residual, stalled = 0.0, 1e300, 0
     relaxation = settings[its + RELAXATION]
@@ -308,15 +329,28 @@ def move(u: ti.template(), contact: ti.template(), system: ti.template(), island
 
     The scaled step stays feasible where the gaps are not negative, since the constraints are convex.
     """
+    longest = largest_of(contact, longest_increment(contact, system, island))
+    part = ti.min(1.0, system.settings[island * SETTINGS + REACH] / ti.max(longest, 1e-300))
+    move_by(u, contact, system, island, part)
+
+
+@ti.func
+def longest_increment(contact: ti.template(), system: ti.template(), island):
+    """Return the length [m] of the longest increment d in an island, of those that this thread has."""
+    longest, begin = 0.0, first_node(contact, island)
     block = ti.static(contact.options.block)
     stride = system.stiffness.shape[0]
-    longest, begin = 0.0, first_node(contact, island)
-    count = first_node(contact, island + 1) - begin
-    for turn in range(turns(contact, count)):
+    for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
         longest = ti.max(longest, entries(system.increment, begin + item(contact, turn), stride, 0, block).norm())
-    longest = largest_of(contact, longest)
-    part = ti.min(1.0, system.settings[island * SETTINGS + REACH] / ti.max(longest, 1e-300))
-    for turn in range(turns(contact, count)):
+    return longest
+
+
+@ti.func
+def move_by(u: ti.template(), contact: ti.template(), system: ti.template(), island, part):
+    """Move x_K += part B d in an island."""
+    block = ti.static(contact.options.block)
+    stride, begin = system.stiffness.shape[0], first_node(contact, island)
+    for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
         k = begin + item(contact, turn)
         step = part * (basis_of(contact.basis, k, block) @ entries(system.increment, k, stride, 0, block))
         for j in ti.static(range(3)):

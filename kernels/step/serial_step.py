@@ -11,7 +11,9 @@ A large domain starts at `boundary` after its parallel force pass and does one r
 are measured here. If they are many, the kernel ends where a measure is needed and is started again at `measured` after
 a parallel pass over them. A small domain (few cells in all its bodies) starts at `pass` and does many rows; one loop
 over cells serves force passes and measures. The kernel ends early at a row that the host must check (`suspicious`).
-With friction layers it ends after the contact load, so that the layers take their step, and is started again at `kick`.
+With friction layers it ends after the contact load, so that the layers take their step, and is started again at `kick`;
+so it does where ranks share the contact, which hand over what the static solve has left. They solve together, outside
+of this kernel (tcontact/contact/shared_solve.py), where it ends for a measure.
 Loads of the next level are applied once the nodes have moved, before the static solve. Where they depend on positions
 and velocities, the kernel ends there, and is started again at `loads` after the host has computed them.
 The force of viscous contact cells (cell_viscosity.py) is computed before each row and in each measure, here or, if they
@@ -161,9 +163,11 @@ def make_serial_step(
         from ..static.chosen_rows import find_squeezed
         from ..static.control import CONVERGED, MEASURE, NEXT, any_island
         from ..static.massless_contact import massless_load, move_out, predict
-        from ..static.solve import make_resolve
 
-        resolve = make_resolve(cells, block, plain)
+        if not options.shared:
+            from ..static.solve import make_resolve
+
+            resolve = make_resolve(cells, block, plain)
 
     @ti.func
     def contact_load(body: ti.template(), boundary: ti.template(), obstacles: ti.template(), rows: ti.template(),
@@ -344,7 +348,7 @@ def make_serial_step(
                     if ti.static(has_springs):
                         spring_forces(body, boundary, contact, damped)
                     contact_load(body, boundary, obstacles, rows, coupling, contact, system, control)
-                    if ti.static(options.layered):
+                    if ti.static(options.layered or options.shared):
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
@@ -386,18 +390,19 @@ def make_serial_step(
                 again = 0  # 1: a measure is next
                 if ti.static(contact_model == "massless"):
                     if state == MEASURED:
-                        fill_rows(obstacles, rows, contact, body.u)
-                        if ti.static(coupled):
-                            fill_pair_rows(coupling, contact, boundary, rows, body)
-                        if ti.static(varied and solve_has_friction):
-                            here = contact.friction[STEP]
-                            set_coefficients(body, boundary, obstacles, rows, coupling, contact, 0, 0, here)
-                        resolve(body, boundary, contact, rows, coupling, pairs, system, viscous_cells, first)
-                        first = 0
-                        if any_island(stats, NEXT, MEASURE) == 1:
-                            again = 1
-                        elif any_island(stats, CONVERGED, 0.0) == 1:
-                            stop = 1
+                        if ti.static(not options.shared):
+                            fill_rows(obstacles, rows, contact, body.u)
+                            if ti.static(coupled):
+                                fill_pair_rows(coupling, contact, boundary, rows, body)
+                            if ti.static(varied and solve_has_friction):
+                                here = contact.friction[STEP]
+                                set_coefficients(body, boundary, obstacles, rows, coupling, contact, 0, 0, here)
+                            resolve(body, boundary, contact, rows, coupling, pairs, system, viscous_cells, first)
+                            first = 0
+                            if any_island(stats, NEXT, MEASURE) == 1:
+                                again = 1
+                            elif any_island(stats, CONVERGED, 0.0) == 1:
+                                stop = 1
                     elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
                         if state != LOADS:
                             place(body, obstacles, rows, contact, viscous_cells, control, state)

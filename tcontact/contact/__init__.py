@@ -6,6 +6,7 @@ How it works, in the order of a step of the explicit scheme:
     constraint_rows   gap, normal and velocity of the partner, and the force, for every constraint of a contact node
     term              the contact set, its islands and the contact force, which every kind of contact has
     massless_contact  load of the massless nodes and their prediction; static_solve then places them
+    shared_solve      the same solve where several ranks have contact nodes
     friction          Coulomb's law on the kicks and in the static solve; layered_friction limits it by a layer of metal
 
 Obstacles fill the rows; all other parts read rows and know no obstacles. `contact_terms.make_contact` chooses the term

@@ -9,7 +9,7 @@ from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..planning.body_plan import BodyPlan
 from ..planning.domain import Domain
-from ..planning.islands import island_starts
+from ..planning.islands import island_starts, islands_of
 from ..planning.sweep_order import sweep_order
 from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
@@ -50,7 +50,18 @@ class MasslessContactTerm(ContactTerm):
         self.starts = arrays.put(island_starts(self.islands, self.others, order))
         self.pairs = PairContact(domain, model.tolerance) if domain.pairs else None
         self.labels = [scene.obstacle_label(number) for number in range(len(scene.obstacles))]
-        self.static_solve = StaticSolve(scene, domain, force, order, self.islands, self.slots)
+        self.order = order
+        self.residual_shares: arrays.Array | None = None
+        shared, whole = domain.shared, domain.whole
+        if shared is None or whole is None:
+            self.static_solve = StaticSolve(scene, domain, force, order, self.islands, self.slots)
+        else:
+            self.shared = True
+            self.residual_shares = arrays.zeros(3 * len(contact.nodes))
+            everyone = islands_of(whole)
+            described = whole, [everyone[number] for number in shared.islands]
+            parts = order, self.islands, self.slots, len(shared.ghosts), described
+            self.static_solve = StaticSolve(scene, domain, force, *parts)
         self.projected = self.static_solve.projected
         self.viscous = domain.viscous_cells
         self.cell_viscosity = CellViscosity(domain, force) if self.viscous else None
@@ -89,6 +100,7 @@ class MasslessContactTerm(ContactTerm):
             "active": self.active,
             "displacement_before": self.displacement_before,
             "residual_receivers": self.residual_receivers,
+            "residual_shares": self.residual_shares,
         }
 
     def owned(self) -> list[arrays.Array]:

@@ -37,8 +37,10 @@ class StaticSolve:
 
     pairs: stiffness between pairs of contact nodes [N/m] and its assembly, by the names of
     kernels/language/bundles.Pairs; system: the linear problem K d = right + lambda nu for the increments d [m] of the
-    massless components, right [N], K [N/m], gaps [m], by the names of bundles.System, where all shapes stand. Of each
-    island: settings [islands, SETTINGS] and stats [islands, STATS] in the order of kernels/static/control.py.
+    massless components, right [N], K [N/m], gaps [m], by the names of bundles.System, where all shapes stand. ghosts:
+    number of contact nodes of other ranks that stand behind those of this one; described: the domain and the islands
+    [i] of all ranks, from which the settings follow; None: there are no other ranks. Of each island: settings [islands,
+    SETTINGS] and stats [islands, STATS] in the order of kernels/static/control.py.
     """
 
     def __init__(
@@ -49,6 +51,8 @@ class StaticSolve:
         order: SweepOrder,
         islands: Sequence[Island],
         slots: int,
+        ghosts: int = 0,
+        described: tuple[Domain, Sequence[Island]] | None = None,
     ) -> None:
         from ..kernels.static import control as names
 
@@ -62,9 +66,10 @@ class StaticSolve:
         self.friction = scene.largest_friction
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         self.coupled = bool(domain.pairs)
-        self.projected = self.coupled or projected(scene, domain.bodies)
+        self.projected = self.coupled or (described is None and projected(scene, domain.bodies))
         components = response_components(scene, block, slots, self.coupled, self.projected)
-        room = len(contact.nodes) + SWEEP_LANES - 1
+        room = len(contact.nodes) + ghosts + SWEEP_LANES - 1
+        whole, own = (domain, islands) if described is None else described
         pairs = contact_blocks(domain, force) | {
             "start": graph.pair_start,
             "corners": graph.pair_corners,
@@ -88,7 +93,7 @@ class StaticSolve:
             "normals": arrays.zeros(room * slots * block),
             "response": arrays.zeros(room * components),
             "increment": arrays.zeros(3 * room * block),
-            "settings": arrays.put(np.stack([self._settings(scene, domain, island) for island in islands])),
+            "settings": arrays.put(np.stack([self._settings(scene, whole, island) for island in own])),
             "stats": self.stats,
         }
 

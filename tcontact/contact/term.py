@@ -43,6 +43,7 @@ class ContactTerm:
     kicked = True  # some components of contact nodes have mass
     viscous = False  # the contact cells have viscosity
     projected = False  # MPRGP replaces the sweeps
+    shared = False  # several ranks share it
     pairs: PairContact | None = None  # rows of pairs of bodies
 
     def __init__(self, scene: Scene, domain: Domain) -> None:
@@ -50,7 +51,7 @@ class ContactTerm:
         contact: ContactPlan = domain.contact
         count = len(contact.nodes)
         self.slots = max(1, min(len(scene.obstacles), MAXIMUM_SLOTS) + bool(domain.pairs))
-        centre = domain.reference[contact.all_nodes].mean(axis=0)
+        centre = domain.contact_centre
         self.obstacles = Obstacles(scene, centre, domain.table_rows)
         self.islands = islands_of(domain)
         self.others = nodes_without_rows(domain, self.islands, len(scene.obstacles))
@@ -103,6 +104,7 @@ class ContactTerm:
             friction is not None and friction.recorded,
             obstacles.free and self.kernel != "gaps",
             obstacles.posed,
+            shared=self.shared,
         )
 
     @property
@@ -116,6 +118,10 @@ class ContactTerm:
     def velocity(self, u: arrays.Array, dt: float) -> np.ndarray | None:
         """Return the velocity [k, 3] [m/s] of the massless components for output; None without any."""
         return None
+
+    def contact_node_forces(self) -> np.ndarray:
+        """Return the contact force [k, 3] [N] on all contact nodes."""
+        return arrays.get(self.contact_force)[: 3 * len(arrays.get(self.candidates)) // self.slots].reshape(-1, 3)
 
     def arguments(self) -> dict[str, arrays.Array]:
         """Return the arrays of the term by the names of kernels/language/bundles.Contact."""

@@ -3,7 +3,8 @@
     f_i = sum over the ranks r with a copy of node i, in the order of the ranks, of f_i^r
 
 Every rank sends its own part to all ranks with a copy and adds all parts itself, in the same order: the copies get
-equal bits with one message between two ranks. Requests are persistent: nothing is set up in a step.
+equal bits with one message between two ranks (`Exchange`). Values that one rank alone computes go to those that need
+them, or parts of them to the rank that adds them (`Handover`). Requests are persistent: nothing is set up in a step.
 """
 
 from __future__ import annotations
@@ -74,6 +75,57 @@ class Exchange:
 
     def free(self) -> None:
         """Give the requests back; MPI complains of those that are left at the end."""
+        for request in self.requests:
+            request.Free()
+        self.requests = []
+
+
+class Handover:
+    """Sends values from the ranks that compute them to those that need them.
+
+    comm: communicator of mpi4py; sent, received: for every other rank, ascending, the places [n, width] in a flat
+    array, in the order that both ranks have.
+    """
+
+    TAG: ClassVar[int] = 3  # `Exchange` has 1, roll_call.py 2
+
+    def __init__(
+        self, comm: Any, sent: Sequence[tuple[int, np.ndarray]], received: Sequence[tuple[int, np.ndarray]]
+    ) -> None:
+        self.sent = [(int(other), places.reshape(-1)) for other, places in sent if len(places)]
+        self.received = [(int(other), places.reshape(-1)) for other, places in received if len(places)]
+        self._out = [np.zeros(places.shape) for _, places in self.sent]
+        self._into = [np.zeros(places.shape) for _, places in self.received]
+        ends = zip(self.received, self._into, strict=True)
+        self.requests = [comm.Recv_init(into, source=other, tag=self.TAG) for (other, _), into in ends]
+        starts = zip(self.sent, self._out, strict=True)
+        self.requests += [comm.Send_init(out, dest=other, tag=self.TAG) for (other, _), out in starts]
+
+    def pass_on(self, values: np.ndarray) -> None:
+        """Send the values at the places of this rank, and put those of other ranks into their places."""
+        self.move(values)
+        for (_, places), parts in zip(self.received, self._into, strict=True):
+            values[places] = parts
+
+    def add(self, values: np.ndarray) -> None:
+        """Send the values at the places of this rank, and add those of other ranks, in the order of the ranks."""
+        self.move(values)
+        for (_, places), parts in zip(self.received, self._into, strict=True):
+            values[places] += parts
+
+    def move(self, values: np.ndarray) -> None:
+        """Send the values at the places of this rank, and wait for those of the others."""
+        for (_, places), out in zip(self.sent, self._out, strict=True):
+            np.take(values, places, out=out, mode="clip")  # which needs no buffer; all places are inside
+        for request in self.requests:
+            request.Start()
+        for request in self.requests:
+            request.Wait()
+        Exchange.all_messages += len(self._out)
+        Exchange.all_bytes += sum(out.nbytes for out in self._out)
+
+    def free(self) -> None:
+        """Give the requests back."""
         for request in self.requests:
             request.Free()
         self.requests = []

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from . import ranks
-from .exchange import Exchange
+from .exchange import Exchange, Handover
 from .last_words import PATIENCE
 from .roll_call import FAILS, STARTS, answers
 
@@ -45,18 +45,35 @@ class Team:
 
     def __init__(self, comm: Any) -> None:
         self.comm, self.rank, self.size = comm, int(comm.Get_rank()), int(comm.Get_size())
-        self._exchanges: list[Exchange] = []
+        self._exchanges: list[Exchange | Handover] = []
+        self._groups: list[Team] = []
 
-    def exchange(self, shared: Sequence[tuple[int, np.ndarray]]) -> Exchange:
+    def exchange(self, shared: Sequence[tuple[int, np.ndarray]], width: int = 3) -> Exchange:
         """Return an exchange of the values at shared rows, see `Exchange`."""
-        self._exchanges.append(Exchange(self.comm, shared))
-        return self._exchanges[-1]
+        found = Exchange(self.comm, shared, width)
+        self._exchanges.append(found)
+        return found
+
+    def handover(self, sent: Sequence[tuple[int, np.ndarray]], received: Sequence[tuple[int, np.ndarray]]) -> Handover:
+        """Return what hands values over to other ranks, see `Handover`."""
+        found = Handover(self.comm, sent, received)
+        self._exchanges.append(found)
+        return found
+
+    def group(self, ranks: Sequence[int]) -> Team:
+        """Return a team of some ranks; all ranks call it, the others get a team of no use."""
+        found = Team(self.comm.Split(int(self.rank in ranks), self.rank))
+        self._groups.append(found)
+        return found
 
     def free(self) -> None:
         """Give back what MPI holds for the exchanges."""
         for one in self._exchanges:
             one.free()
         self._exchanges = []
+        for group in self._groups:
+            group.comm.Free()
+        self._groups = []
 
     @property
     def leads(self) -> bool:

@@ -89,7 +89,7 @@ class CellBlock:
 
 
 class Domain:
-    """Bodies in one numbering.
+    """Bodies in one numbering; shared, whole, counted: of a part that a rank has (partition/domain_part.py), else None.
 
     numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; springs: those
     of its bodies; obstacles: rigid bodies of the obstacles, if some move freely; chunks: chunks of its cells
@@ -99,6 +99,10 @@ class Domain:
     every body, places [s] of its boundary nodes among those of the domain; rigid: rigid bodies that move with it. The
     other attributes are those of `BodyPlan` for all bodies.
     """
+
+    shared: Any = None
+    whole: Domain | None = None
+    counted: np.ndarray | None = None
 
     def __init__(
         self,
@@ -297,6 +301,11 @@ class Domain:
             block=max((plan.block for plan, _ in there if plan.graph is not None), default=3),
             graph=joined(graphs, [first for plan, first in there if plan.graph is not None]) if graphs else None,
         )
+
+    @property
+    def contact_centre(self) -> np.ndarray:
+        """Mean position [3] [m] of the contact nodes, to which positions of contact are relative."""
+        return np.asarray(self.reference[self.contact.all_nodes].mean(axis=0))  # type: ignore[union-attr]
 
     @cached_property
     def residual_receivers(self) -> tuple[np.ndarray, np.ndarray]:

@@ -11,12 +11,15 @@ from ..planning.partition.domain_part import DomainPart, cut_domain, domain_part
 
 
 class Cut:
-    """A domain as some ranks have it; ranks: their number, 1 for a run on one process."""
+    """A domain as some ranks have it.
 
-    def __init__(self, domain: Domain, scene: Any, ranks: int) -> None:
+    ranks: their number, 1 for a run on one process; contact: number of those that share its contact (`cut_domain`).
+    """
+
+    def __init__(self, domain: Domain, scene: Any, ranks: int, contact: int | None = None) -> None:
         self.domain, self.parts = domain, list[DomainPart]()
         if ranks > 1:
-            cut = cut_domain(domain, scene, ranks)
+            cut = cut_domain(domain, scene, ranks, contact)
             self.parts += [domain_part(domain, cut, rank) for rank in range(ranks)]
 
     @property

@@ -3,8 +3,8 @@
 The numbers of the run itself (history, step, times of looks) are equal on all ranks; what acts beside the cells is on
 the first rank, in an order that the number of ranks does not change. What is left are displacements, velocities and
 search vectors at the nodes and the state of the points of the cells: they are put together from all checkpoints, in
-the numbering of the whole plan, and every rank takes those of its part. The rest is written in every step before it is
-read.
+the numbering of the whole plan, and every rank takes those of its part; a contact that ranks share likewise. The rest
+is written in every step before it is read.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from .checkpoint import contents, store
 from .loop import Run
 from .rank_cut import Cut
 from .rank_recut_acting import FORMS, of_acting, take_over_maxima
+from .rank_recut_contact import OF_CONTACT, OF_OBSTACLES, is_shared, of_contact
 
 AT_NODES = re.compile(r"domains\.(\d+)\.(?:u|v|start_velocity)$")
 OF_RATES = re.compile(r"shape\._rates\.(\d+)\.before$")
@@ -57,20 +58,25 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
     planned: plan of the whole scene; team: the ranks of the new run, None for one process.
     Raises `InputError` if the parts were not those of the checkpoints.
     """
-    cuts = [Cut(domain, planned.scene, len(stored)) for domain in planned.domains]
+    contact = stored[0].head.get("contact_ranks")
+    cuts = [Cut(domain, planned.scene, len(stored), contact) for domain in planned.domains]
     _check_parts(cuts, stored)
     ranks = 1 if team is None else team.size
     _check_known(stored, ranks)
     leads = team is None or team.leads
     shapes = contents.shapes(run)
-    found = {path: value for path, value in stored[0].found.items() if _is_kept(path, leads)}
-    values = {path: value for path, value in stored[0].values.items() if _is_kept(path, leads)}
+    parts: list[DomainPart] | None = getattr(run, "parts", None)
+    several = [is_shared(cut, None if parts is None else parts[number]) for number, cut in enumerate(cuts)]
+    found, values = (
+        {path: one for path, one in own.items() if _is_taken(path, leads, several)}
+        for own in (stored[0].found, stored[0].values)
+    )
     if not leads:  # what the first rank alone has
         found, values = (
             {path: one for path, one in own.items() if path.partition("/")[0] in shapes} for own in (found, values)
         )
-    parts: list[DomainPart] | None = getattr(run, "parts", None)
     made = of_acting(run, cuts, stored[0].found, parts, shapes)
+    made |= of_contact(run, cuts, stored, parts)
     for path, value in found.items():
         if path not in made and shapes.get(path) not in (None, value.shape):
             text = f"as {path} stands in another order there"
@@ -88,6 +94,17 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
     if has_state(planned.scene):
         for number, cut in enumerate(cuts):
             _take_over_points(run, number, cut, stored)
+
+
+def _is_taken(path: str, leads: bool, several: Sequence[bool]) -> bool:
+    """Return whether a rank takes a value of the first rank as it is; several: of domains whose contact ranks share.
+
+    Of these it takes the obstacles, which all ranks with contact have.
+    """
+    match = OF_CONTACT.match(path)
+    if match is not None and several[int(match[1])]:
+        return OF_OBSTACLES.match(path) is not None
+    return _is_kept(path, leads)
 
 
 def _is_kept(path: str, leads: bool) -> bool:

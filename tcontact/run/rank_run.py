@@ -146,7 +146,8 @@ class Asked:
     """What `simulate` was asked for, checked.
 
     start: displacement and velocity [n, 3] of every body; layers, points: what the run takes over; fields: of frames;
-    history: rows between two that are kept, and their largest number.
+    history: rows between two that are kept, and their largest number; contact_ranks: number of ranks that share the
+    contact, None: chosen (`cut_domain`).
     """
 
     scene: Scene
@@ -159,6 +160,7 @@ class Asked:
     history: tuple[int, int]
     pressures: bool
     precision: str
+    contact_ranks: int | None = None
 
 
 def simulate_on_ranks(
@@ -202,6 +204,7 @@ def simulate_on_ranks(
             if options is not None:
                 about = (asked.fields, asked.history, asked.pressures, asked.precision)
                 head = checkpoint_head(scene, asked.scheme, options, *about) | {"ranks": team.size}
+                head["contact_ranks"] = asked.contact_ranks
                 new = contents.prints(run)
                 if asked.points:
                     new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
@@ -248,9 +251,8 @@ def resume_on_ranks(
             domain.chunks = head["chunks"]
         history = head["history_every"], head["history_rows"]
         begin = start or ([b.initial_displacement for b in scene.bodies], [b.initial_velocity for b in scene.bodies])
-        asked = Asked(
-            scene, scheme, begin, (), (), 0, head["fields"], history, head["pressures"], head["precision"]
-        )  # fmt: skip
+        kept = head["fields"], history, head["pressures"], head["precision"], head.get("contact_ranks")
+        asked = Asked(scene, scheme, begin, (), (), 0, *kept)
         run = _made(team, planned, asked)
         new = contents.prints(run)
         before = stored[0].ranks
@@ -281,7 +283,8 @@ def _quiet(team: Team, ending: ExitStack) -> None:
 def _made(team: Team, planned: Plan, asked: Asked) -> RankRun:
     """Make the run of this rank."""
     scene, (every, most) = asked.scene, asked.history
-    cuts = on_first(team, lambda: [cut_domain(domain, scene, team.size) for domain in planned.domains])
+    wanted = asked.contact_ranks
+    cuts = on_first(team, lambda: [cut_domain(domain, scene, team.size, wanted) for domain in planned.domains])
     parts = [domain_part(domain, cut, team.rank) for domain, cut in zip(planned.domains, cuts, strict=True)]
     given = (scene, planned, asked.scheme, *asked.start, every, asked.pressures, most, asked.points)
     return RankRun(team, parts, *given)

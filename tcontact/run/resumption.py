@@ -114,6 +114,7 @@ def resume(
             raise InputError("folder", str(stored.path), remedy) from error
         recorder = Recorder(path, scene, run.states, " + ".join(planned.terms), head["fields"], stored.head["frames"])
         head |= {"origin": stored.head["origin"], "versions": versions()}
+        head["contact_ranks"] = stored.head.get("contact_ranks")
         if options is not None:
             head |= {"origin": dict(options.origin) or head["origin"], "keep": options.keep or head["keep"]}
         keeper = Keeper(options, path, new, recorder, head, start)

@@ -60,6 +60,7 @@ def simulate(
     history_rows: int = MOST_ROWS,
     precision: str = "f64",
     comm: Any = None,
+    contact_ranks: int | None = None,
 ) -> Result:
     """Run a scene and return its `Result`.
 
@@ -82,7 +83,8 @@ def simulate(
     Under `mpiexec -n P` the processes share the scene (docs/SCALING.md), and each of them returns the whole result.
     comm: the communicator of mpi4py whose processes do so, None = of all that the launcher has started. With
     `MPI.COMM_SELF` each process runs a scene of its own, in a folder of its own, with a part of a split communicator
-    several processes do.
+    several processes do. contact_ranks: how many of them share the static solve of massless contact, None = as many as
+    make the step short.
     Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
     second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a
     program with several runs checks the reason "interrupted" before the next one.
@@ -102,6 +104,8 @@ def simulate(
     validate.whole("history_rows", history_rows, 2)
     for name, value in (("progress", progress), ("pressures", pressures)):
         validate.flag(name, value)
+    if contact_ranks is not None:
+        validate.whole("contact_ranks", contact_ranks, 1)
     check_precision(precision, scheme, arch)
     check_scheme(scheme, arch)
     options = checked(checkpoint, out)
@@ -110,12 +114,17 @@ def simulate(
     points = () if initial is None else _points(scene, initial)
     if together is not None:
         alike = {"out": out is not None, "frames": frames, "arch": arch, "fields": fields, "pressures": pressures}
-        alike |= {"history_every": history_every, "history_rows": history_rows, "precision": precision}
+        alike |= {
+            "contact_ranks": contact_ranks,
+            "history_every": history_every,
+            "history_rows": history_rows,
+            "precision": precision,
+        }
         check_alike(together, scene, scheme, alike | {"initial": initial is not None, "checkpoint": options})
         check_ranks(scene, scheme, arch, together.size)
         wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
         rows = history_every, history_rows
-        asked = Asked(scene, scheme, start, layers, points, frames, wanted, rows, pressures, precision)
+        asked = Asked(scene, scheme, start, layers, points, frames, wanted, rows, pressures, precision, contact_ranks)
         own = None if initial is None else start
         return simulate_on_ranks(together, asked, out, options, own, threads, progress)
     folder = None if out is None else check_folder(out)
@@ -152,6 +161,7 @@ def simulate(
         if options is not None:
             history = history_every, history_rows
             head = checkpoint_head(scene, scheme, options, wanted, history, pressures, precision)
+            head["contact_ranks"] = contact_ranks  # for ranks that go on
             kept = None if initial is None else (displacement, velocity)
             new = contents.prints(run)
             if points:  # a run made again for `resume` starts without them: checkpoints always hold the state

@@ -1,6 +1,6 @@
 """CPU seconds of a step on several ranks, beside one rank with as many cells as each of them has.
 
-    python -m tcontact.lab.bench.rank_steps SIZE CELLS_UP CONTACT        alone or under mpiexec
+    python -m tcontact.lab.bench.rank_steps SIZE CELLS_UP CONTACT [CONTACT_RANKS]        alone or under mpiexec
 
 prints a line of JSON: for every rank its cells, milliseconds of a step, of which in MPI, messages, bytes, peak memory.
 """
@@ -22,10 +22,10 @@ from typing import Any, ClassVar
 
 from ...base.errors import InputError
 from ...device import ranks
-from ...device.exchange import Exchange
+from ...device.exchange import Exchange, Handover
 from ...device.team import Team, team
 from ...mesh.box import box_mesh
-from ...planning.partition.cut import EXTRA_WORK
+from ...planning.partition.cut import EXCHANGE, EXCHANGES, EXTRA_WORK, contact_ranks
 from ...run.simulation import simulate
 from ...scene.body import Body
 from ...scene.contact_models import MasslessContact
@@ -81,14 +81,15 @@ def scene(size: int, up: int, contact: str) -> Scene:
     return Scene([body], [Plane()], 0.5 * STEPS * limit, contact=MasslessContact(contact))
 
 
-def main(size: int, up: int, contact: str) -> None:
-    """Run and print what every rank measured."""
+def main(size: int, up: int, contact: str, shared: int | None = None) -> None:
+    """Run and print what every rank measured; shared: number of ranks with contact, None: chosen."""
+    Handover.move = _timed(Handover.move)  # type: ignore[method-assign]
     Exchange.add = _timed(Exchange.add)  # type: ignore[method-assign]
     Team.gathered = _timed(Team.gathered)  # type: ignore[method-assign]
     Team.joined = _timed(Team.joined)  # type: ignore[method-assign]
     Team.from_first = _timed(Team.from_first)  # type: ignore[method-assign]
     limit = LENGTH / size / NeoHookean(1e7, 0.3, 1000.0).wave_speed
-    result = simulate(scene(size, up, contact), Timed(dt=0.5 * limit), threads=1)
+    result = simulate(scene(size, up, contact), Timed(dt=0.5 * limit), threads=1, contact_ranks=shared)
     (row, start, waiting), (last, end, late) = (Timed.notes[at] for at in (_after(FIRST), -1))
     own: dict[str, Any] = {"ms": 1e3 * (end - start) / (last - row), "mpi_ms": 1e3 * (late - waiting) / (last - row)}
     own["peak_mb"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -149,7 +150,8 @@ def _answer(launcher: list[str], size: int, up: int, contact: str) -> dict[str, 
 def model(row: dict[str, Any], counts: Sequence[int] = (1, 2, 8, 64, 512)) -> list[dict[str, float]]:
     """Return efficiencies of a cube on more ranks by the model of docs/SCALING.md; row: measured, of one rank.
 
-    The first rank has all contact cells: its work is the larger one of theirs and an equal share of all.
+    A rank with contact has the larger work of its contact cells and an equal share of all; ranks that share the contact
+    exchange increments.
     """
     work, found = EXTRA[row["contact"]], []
     face = 0 if row["contact"] == "none" else row["size"] ** 2
@@ -158,9 +160,13 @@ def model(row: dict[str, Any], counts: Sequence[int] = (1, 2, 8, 64, 512)) -> li
         total = cells + work * contact
         unit = 1e-3 * row["ms"] / (row["cells"] + work * face)
         for count in counts:
-            share = max(total / count, (1.0 + work) * contact)
+            sharing = 1
+            if contact:
+                sharing = contact_ranks(cells, round(contact), round(contact), count, row["contact"], cells)
+            share = max(total / count, (1.0 + work) * contact / sharing)
             nodes = 0.0 if count == 1 else 6.0 * (cells / count) ** (2 / 3)
             wire = 0.0 if count == 1 else 26 * LATENCY + 24.0 * nodes / BANDWIDTH + 2 * LATENCY * count.bit_length()
+            wire += EXCHANGE * EXCHANGES[row["contact"]] if sharing > 1 else 0.0
             found.append({"cells": cells, "ranks": count, "efficiency": total * unit / count / (share * unit + wire)})
     return found
 
@@ -187,4 +193,4 @@ def lines(rows: Sequence[dict[str, Any]]) -> list[str]:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]), sys.argv[3])
+    main(int(sys.argv[1]), int(sys.argv[2]), sys.argv[3], int(sys.argv[4]) if len(sys.argv) > 4 else None)

@@ -25,7 +25,9 @@ from ..applied_loads import loaded_nodes
 from ..body_plan import BodyPlan, ContactPlan
 from ..lumped_mass import NodeMasses
 from ..packing import inverse, lanes_apart, renumbered
+from .graph_part import graph_part
 from .parts import Part
+from .shared_contact import BodyShare
 
 ACTING = ("supports", "loads", "point_masses", "springs", "probes", "rigid_parts")
 
@@ -48,16 +50,19 @@ class BodyPart:
     mass: np.ndarray
 
 
-def acting_nodes(plan: BodyPlan, tied: np.ndarray) -> np.ndarray:
+def acting_nodes(plan: BodyPlan, tied: np.ndarray, touching: bool = True) -> np.ndarray:
     """Return the nodes [k] of the mesh, ascending, that the first rank must have.
 
     Something acts on them beside the cells, constant gravity and supports that no function of time drives.
-    tied: nodes of the mesh that springs of the scene connect.
+    tied: nodes of the mesh that springs of the scene connect; touching: contact is part of it, and so are the nodes
+    that have the mass of contact nodes.
     """
     body, inside = plan.body, np.zeros(len(plan.reference), dtype=bool)
     rows = np.setdiff1d(np.arange(len(plan.boundary)), _plainly_held(plan))
+    if not touching:
+        rows = np.unique(plan.support_rows[plan.driven >= 0])
     inside[plan.boundary[rows]] = True
-    if plan.contact is not None:
+    if touching and plan.contact is not None:
         inside[plan.contact.all_nodes] = True
         if plan.contact.graph is not None:
             inside[plan.cells[plan.contact.graph.cells]] = True
@@ -84,16 +89,22 @@ def _plainly_held(plan: BodyPlan) -> np.ndarray:
     return held
 
 
-def body_part(plan: BodyPlan, part: Part, acts: bool) -> BodyPart:
-    """Return what one rank has of a planned body; acts: it has all nodes on which something acts."""
-    body = _part_of_body(plan.body, part, acts)
+def body_part(plan: BodyPlan, part: Part, acts: bool, share: BodyShare | None = None, shared: bool = False) -> BodyPart:
+    """Return what one rank has of a planned body.
+
+    acts: it has all nodes on which something acts, and the contact, unless ranks share it; shared: they do; share: what
+    this rank has of it then.
+    """
+    body = _part_of_body(plan.body, part, acts, share is not None)
     nodes = np.sort(plan.place[part.nodes])
     node_order = np.searchsorted(part.nodes, plan.node_order[nodes])
     place, number = inverse(node_order), np.full(len(plan.reference), -1, dtype=np.int64)
     number[nodes] = np.arange(len(nodes))
     touching = np.zeros(0, dtype=np.int64)
-    if acts and plan.contact is not None and plan.contact.graph is not None:
-        touching = np.searchsorted(part.cells, plan.cell_order[plan.contact.graph.cells])
+    graph = None if plan.contact is None else plan.contact.graph
+    if graph is not None and (share is not None or (acts and not shared)):
+        cells = graph.cells if share is None else graph.cells[share.cells]
+        touching = np.searchsorted(part.cells, plan.cell_order[cells])
     kept = plan.cell_order[np.isin(plan.cell_order, part.cells, assume_unique=True)]
     cell_order = _cell_order(body, np.searchsorted(part.cells, kept), place, touching)
     lumped = plan.lumped[nodes].copy()
@@ -104,6 +115,8 @@ def body_part(plan: BodyPlan, part: Part, acts: bool) -> BodyPart:
     if acts and plan.images is not None:
         images = Images(number[plan.images.master[nodes]], plan.images.period)
     kept_rows = np.flatnonzero(number[plan.boundary] >= 0)  # those of the whole plan, in their order
+    if share is not None and plan.contact is not None:
+        kept_rows = np.concatenate([share.nodes, kept_rows[kept_rows >= len(plan.contact.nodes)]])
     old = number[plan.boundary[kept_rows]]
     more = np.setdiff1d(copies, old)
     if plan.pulled and not len(old) and not len(more):
@@ -132,13 +145,15 @@ def body_part(plan: BodyPlan, part: Part, acts: bool) -> BodyPart:
         speeds=plan.speeds[mine],
         driven=plan.driven[mine],
         rigid=tuple(replace(one, nodes=row_of[one.nodes]) for one in plan.rigid) if acts else (),
-        contact=_contact(plan.contact, number, inverse(cell_order)[touching]) if acts else None,
+        contact=_contact(plan.contact, number, inverse(cell_order)[touching], share)
+        if share is not None or (acts and not shared)
+        else None,
         images=images,
     )
     row = np.full(len(nodes), -1, dtype=np.int64)
     row[boundary] = np.arange(len(boundary))
-    shared = tuple((other, row[place[places]]) for other, places in part.shared)
-    return BodyPart(plan, part, found, nodes, shared, mass[nodes])
+    copied = tuple((other, row[place[places]]) for other, places in part.shared)
+    return BodyPart(plan, part, found, nodes, copied, mass[nodes])
 
 
 def _inverted(mass: np.ndarray) -> np.ndarray:
@@ -157,8 +172,11 @@ def no_part(plan: BodyPlan, rank: int) -> BodyPart:
     return BodyPart(plan, Part(rank, none, none, none, ()), found, none, (), np.zeros(0))
 
 
-def _part_of_body(body: Body, part: Part, acts: bool) -> Body:
-    """Return the body with the cells of a part; its checks are those of the whole body, which has passed them."""
+def _part_of_body(body: Body, part: Part, acts: bool, touches: bool) -> Body:
+    """Return the body with the cells of a part; its checks are those of the whole body, which has passed them.
+
+    acts: with all that acts on it; touches: with a part of its contact.
+    """
     mesh, nodes = body.mesh, part.nodes
     node_sets, face_sets = (dict(own) if acts else {} for own in (mesh.node_sets, mesh.face_sets))
     smaller = Mesh(**part_of(mesh.nodes, mesh.blocks, node_sets, face_sets, dict(mesh.cell_sets), part.cells))
@@ -171,12 +189,13 @@ def _part_of_body(body: Body, part: Part, acts: bool) -> Body:
     number[nodes] = np.arange(len(nodes))
     motions, known = body.motions
     faces, images = number[body.contact_faces], None
+    faces = faces[(faces >= 0).all(axis=1)]
     if acts and body.images is not None:
         images = Images(number[body.images.master[nodes]], body.images.period)
     if not acts:
-        given |= dict.fromkeys(ACTING, ()) | dict.fromkeys(("contact", "periodic"))
+        given |= dict.fromkeys(ACTING, ()) | dict.fromkeys(("periodic",) if touches else ("contact", "periodic"))
         motions, known = np.broadcast_to(np.nan, mesh.nodes.shape), ()
-        faces = np.zeros((0, body.contact_faces.shape[1]), dtype=np.int64)
+        faces = faces if touches else faces[:0]
     result = object.__new__(Body)
     result.__dict__.update(given)
     result.__dict__.update(
@@ -210,11 +229,25 @@ def _cell_order(body: Body, order: np.ndarray, place: np.ndarray, touching: np.n
     return np.concatenate(found)
 
 
-def _contact(contact: ContactPlan | None, number: np.ndarray, cells: np.ndarray) -> ContactPlan | None:
+def _contact(
+    contact: ContactPlan | None, number: np.ndarray, cells: np.ndarray, share: BodyShare | None
+) -> ContactPlan | None:
     """Return contact lists in the numbering of a part; number [n]: of every node there; cells [c]: contact cells."""
     if contact is None:
         return None
     graph = contact.graph
+    if share is not None and graph is not None and contact.basis is not None:
+        none = np.zeros(0, dtype=np.int64)
+        graph, _ = graph_part(graph, share.nodes, np.zeros(len(share.nodes), dtype=bool), none, share.cells)
+        nodes = number[contact.nodes[share.nodes]]
+        return replace(
+            contact,
+            nodes=nodes,
+            all_nodes=nodes,
+            areas=contact.areas[share.nodes],
+            basis=contact.basis[share.nodes],
+            graph=replace(graph, nodes=nodes, cells=cells),
+        )
     if graph is not None:
         graph = replace(graph, nodes=number[graph.nodes], cells=cells)
     return replace(contact, nodes=number[contact.nodes], all_nodes=number[contact.all_nodes], graph=graph)

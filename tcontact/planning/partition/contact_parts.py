@@ -1,8 +1,8 @@
 """The contact nodes of every part: which it solves, whose increments it needs, who shares out what a solve leaves.
 
-The row of a contact node in K_KK (METHOD 2) couples it with the contact nodes of the cells round it. Its owner has the
-whole row and solves it; the other nodes of the row are ghosts there if other ranks own them, and their owners send
-their increments after each colour.
+The row of a contact node in K_KK (METHOD 2) couples it with the contact nodes of the cells round it. Its owner, the
+lowest rank with a cell at it, has the whole row and solves it. Other contact nodes of its rows and of its cells are
+owned by other ranks, which send their increments after each colour.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...mesh.geometry import Blocks, IntArray
-from .parts import Part, corners_of
+from .parts import corners_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,30 +44,28 @@ def _pairs_in_cells(blocks: Blocks, left: np.ndarray, right: np.ndarray) -> tupl
     return np.concatenate(cells), np.concatenate(firsts), np.concatenate(seconds)
 
 
-def contact_parts(blocks: Blocks, parts: tuple[Part, ...], contact_nodes: IntArray) -> tuple[ContactPart, ...]:
-    """Return the contact nodes of every part; contact_nodes [k]: all contact nodes of the mesh."""
-    count = 1 + max(int(part.nodes[-1]) for part in parts)
-    owner = np.full(count, -1, dtype=np.int64)
-    for part in parts:
-        owner[part.nodes] = part.owner
+def contact_part(blocks: Blocks, rank: IntArray, contact_nodes: IntArray, own: int) -> ContactPart:
+    """Return the contact nodes of one rank.
+
+    blocks: as `Mesh.blocks`; rank [m]: of every cell; contact_nodes [k]: all contact nodes; own: number of the rank.
+    """
+    count = 1 + max(int(rows.max()) for _, rows in blocks)
     marked = np.zeros(count, dtype=bool)
     marked[contact_nodes] = True
-    _, row, column = _pairs_in_cells(blocks, marked, marked)
-    cut = owner[row] != owner[column]
-    needs, of = np.divmod(np.unique(owner[row[cut]] * count + column[cut]), count)  # a rank and a node it needs
+    cell, row, column = _pairs_in_cells(blocks, marked, marked)
+    owner = np.full(count, np.iinfo(np.int64).max, dtype=np.int64)
+    np.minimum.at(owner, row, rank[cell])
+    needed = np.concatenate([owner[row], rank[cell]]) * count + np.concatenate([column, column])
+    needs, of = np.divmod(np.unique(needed), count)  # a rank and a node it needs
+    others = owner[of] != needs
+    needs, of = needs[others], of[others]
 
     def listed(rows: IntArray, others: IntArray) -> tuple[tuple[int, IntArray], ...]:
         return tuple((int(other), of[rows & (others == other)]) for other in np.unique(others[rows]))
 
     owned = np.unique(contact_nodes)
-    return tuple(
-        ContactPart(
-            part.rank,
-            owned[owner[owned] == part.rank],
-            listed(needs == part.rank, owner[of]),
-            listed(owner[of] == part.rank, needs),
-        )
-        for part in parts
+    return ContactPart(
+        own, owned[owner[owned] == own], listed(needs == own, owner[of]), listed(owner[of] == own, needs)
     )
 
 

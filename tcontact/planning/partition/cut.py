@@ -8,6 +8,9 @@ fewest contact ranks whose contact work fits into the mean work of a rank are
 
 The contact cells are cut into q equal patches, every patch takes layers of cells behind it until its rank has the mean
 work, and the remaining cells are cut into P - q parts. METIS (Karypis and Kumar 1998) cuts patches and remaining cells.
+
+Ranks that share a contact exchange the increments of its nodes after each colour of a sweep, which costs as much as
+some thousand nodes: `contact_ranks` chooses the number of ranks with the shortest step.
 """
 
 from __future__ import annotations
@@ -20,17 +23,49 @@ from ...base.errors import InputError
 from ...mesh.geometry import Blocks, IntArray, cell_face_keys, cells_at
 
 EXTRA_WORK = {"normal": 4.0, "full": 7.0}  # work of a contact cell beside its own pass, in passes of a cell
+# of a shared contact, measured with 2 ranks on 2 cores: exchanges of a step, nearly all of them one for every colour of
+# a sweep; seconds of an exchange with its launch, and of the pass of a cell
+EXCHANGES = {"normal": 50, "full": 85}
+EXCHANGE, CELL = 60e-6, 110e-9
+FEWEST_SHARED = 4000  # contact nodes; fewer ones stay together, unless they leave no cells for the other ranks
 UNBALANCE = 10  # thousandths by which METIS may miss equal parts
 SHARES = 16  # of the faces, sorted one after the other to need less memory; a power of two
 
 
+def contact_ranks(cells: int, contact: int, nodes: int, ranks: int, removal: str, others: int) -> int:
+    """Return the number of ranks that share a contact: the one with the shortest step, 1 in case of doubt.
+
+    cells: number of all cells; contact: of those with contact nodes; nodes: of the contact nodes; removal: "normal" or
+    "full"; others: number of cells that other ranks could have if the first one had the whole contact.
+    """
+    work = EXTRA_WORK[removal]
+    mean, largest = (cells + work * contact) / ranks, (1.0 + work) * contact
+    most = int(np.clip(np.ceil(largest / mean - 1e-9), 1, min(ranks, contact)))
+    fits = others >= ranks - 1
+    if fits and nodes < FEWEST_SHARED:
+        return 1
+    times = [
+        CELL * max(mean, largest / q) + (EXCHANGE * EXCHANGES[removal] if q > 1 else 0.0) for q in range(1, most + 1)
+    ]
+    if not fits:
+        times[0] = np.inf
+    return 1 + int(np.argmin(times))
+
+
 def cut_cells(
-    blocks: Blocks, node_count: int, ranks: int, contact_nodes: Sequence[int] | IntArray = (), extra: float = 0.0
+    blocks: Blocks,
+    node_count: int,
+    ranks: int,
+    contact_nodes: Sequence[int] | IntArray = (),
+    extra: float = 0.0,
+    patches: int | None = None,
+    together: IntArray | None = None,
 ) -> IntArray:
     """Return the rank [m] of every cell.
 
     blocks: kinds of cells with their nodes, as `Mesh.blocks`; ranks: number of parts; contact_nodes: nodes that the
-    static solve moves; extra: work of a cell there beside its own pass (`EXTRA_WORK`).
+    static solve moves; extra: work of a cell there beside its own pass (`EXTRA_WORK`); patches: number of ranks that
+    share the contact cells, None: as above; together: cells [c] that the first rank has.
     Raises `InputError` if there are fewer cells than ranks, `ImportError` without pymetis.
     """
     count = sum(len(cells) for _, cells in blocks)
@@ -41,11 +76,14 @@ def cut_cells(
     graph = CellGraph.of(blocks, node_count)
     contact = _contact_cells(blocks, node_count, contact_nodes)
     mean = (count + extra * len(contact)) / ranks
-    patches = int(np.clip(np.ceil(len(contact) * (1.0 + extra) / mean - 1e-9), 1, ranks)) if len(contact) else 0
+    if patches is None:
+        patches = int(np.clip(np.ceil(len(contact) * (1.0 + extra) / mean - 1e-9), 1, ranks)) if len(contact) else 0
     patches = min(patches, len(contact))
     rank = np.full(count, -1, dtype=np.int64)
     if patches:
         rank[contact] = graph.within(contact).cut(patches)
+        if together is not None and len(together):
+            _lead(rank, together, patches)
         weight = np.ones(count)
         weight[contact] += extra
         _grow(graph, rank, weight, patches, mean if patches < ranks else np.inf)
@@ -144,6 +182,15 @@ class CellGraph:
         graph = pymetis.CSRAdjacency(self.start.astype(np.int32), self.near.astype(np.int32, copy=False))
         _, found = pymetis.part_graph(parts, graph, options=options, recursive=True)
         return np.asarray(found, dtype=np.int64)
+
+
+def _lead(rank: IntArray, together: IntArray, patches: int) -> None:
+    """Give the first rank the patch that has most of the cells `together` [c], and these cells, in place."""
+    inside = rank[together][rank[together] >= 0]
+    best = int(np.bincount(inside, minlength=patches).argmax())
+    first, other = np.flatnonzero(rank == 0), np.flatnonzero(rank == best)
+    rank[first], rank[other] = best, 0
+    rank[together] = 0
 
 
 def _contact_cells(blocks: Blocks, node_count: int, contact_nodes: Sequence[int] | IntArray) -> IntArray:

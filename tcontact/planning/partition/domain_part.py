@@ -1,29 +1,72 @@
 """The part of a domain that one rank has: parts of its bodies, in a domain of their own.
 
-The first rank has all cells at nodes on which something acts, and so the whole contact; the ordinary cells are shared
-out so that all ranks have equal work (cut.py). Contact then needs no message: that costs least up to some thousand
-contact nodes, beyond which the first rank has more work than the others.
+The first rank has all cells at nodes on which something acts; the ordinary cells are shared out so that all ranks have
+equal work (cut.py). Where it has the whole contact, that needs no message, which costs least up to some thousand
+contact nodes. Several ranks share a larger one (shared_contact.py), unless `hindrance` says what keeps it together.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ...mesh.geometry import Blocks, cells_at
 from ...scene.scene import Scene
-from ..body_plan import BodyPlan
+from ..body_plan import BodyPlan, ContactPlan
 from ..domain import Domain
 from ..springs import spring_nodes
 from .body_part import BodyPart, acting_nodes, body_part, no_part
-from .cut import EXTRA_WORK, cut_beside
+from .cut import EXTRA_WORK, contact_ranks, cut_beside, cut_cells
 from .parts import part_of_rank
+from .shared_contact import (
+    BodyShare,
+    ContactCut,
+    SharedContact,
+    check_receivers,
+    contact_in_meshes,
+    hindrance,
+    mesh_blocks,
+    mesh_starts,
+    shared_contact,
+)
 
 
 class PartDomain(Domain):
-    """Parts of bodies in one numbering: as `Domain`, with one step in a launch, between which ranks exchange forces."""
+    """Parts of bodies in one numbering: as `Domain`, with one step in a launch, between which ranks exchange forces.
+
+    shared: its part of a contact that ranks share, None where the first rank has the whole contact; whole: the domain
+    of all ranks; counted [s]: 1.0 for the boundary nodes whose copies of this rank sums count, else 0.0; None where the
+    host subtracts what others count.
+    """
+
+    shared: SharedContact | None = None
+    whole: Domain | None = None
+    counted: np.ndarray | None = None
+
+    @cached_property
+    def contact(self) -> ContactPlan | None:
+        """Contact lists, see `Domain.contact`; rows of a graph that ranks share are those of the whole domain."""
+        found = super().contact
+        return found if found is None or self.shared is None else replace(found, graph=self.shared.graph)
+
+    @property
+    def contact_centre(self) -> np.ndarray:
+        """Return the mean position [3] [m] of the contact nodes, of all ranks that share them."""
+        return super().contact_centre if self.shared is None or self.whole is None else self.whole.contact_centre
+
+    @property
+    def residual_receivers(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return start [k + 1] of the receivers of all ranks; a shared contact has no list of them (`Heirs`)."""
+        if self.shared is None:
+            return super().residual_receivers
+        return np.concatenate([[0], np.cumsum(self.shared.givers)]), np.zeros(0, dtype=np.int64)
+
+    @property
+    def few_contact_cells(self) -> bool:
+        """Return whether the serial kernel measures the contact cells: not if ranks add up the forces."""
+        return self.shared is None and super().few_contact_cells
 
     @property
     def small(self) -> bool:
@@ -87,13 +130,18 @@ class DomainPart:
 def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
     """Return the part of a domain that one rank has; cut: what `cut_domain` returns."""
     bodies, counts = [], [plan.body.mesh.cell_count for plan in domain.bodies]
-    for plan, own in zip(domain.bodies, np.split(cut, np.cumsum(counts)[:-1]), strict=True):
+    contact = ContactCut(domain, cut) if shares_contact(domain, cut) else None
+    lists = None if contact is None else contact.part(rank)
+    shares: list[BodyShare | None] = [None] * len(domain.bodies)
+    for number, (plan, own) in enumerate(zip(domain.bodies, np.split(cut, np.cumsum(counts)[:-1]), strict=True)):
         mesh = plan.body.mesh
-        if (own == rank).any():
-            own_part = part_of_rank(mesh.blocks, mesh.node_count, own, rank)
-            bodies.append(body_part(plan, own_part, acts=rank == 0))
-        else:
+        if not (own == rank).any():
             bodies.append(no_part(plan, rank))
+            continue
+        if contact is not None and lists is not None:
+            shares[number] = contact.body_share(number, rank, lists)
+        own_part = part_of_rank(mesh.blocks, mesh.node_count, own, rank)
+        bodies.append(body_part(plan, own_part, rank == 0, shares[number], contact is not None))
     there = [number for number, body in enumerate(bodies) if len(body.nodes)]
     plans = tuple(bodies[number].plan for number in there)
     numbers = tuple(domain.numbers[number] for number in there)
@@ -102,24 +150,64 @@ def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
     else:
         part = PartDomain(plans, numbers)
     part.chunks, part.mixed, part.records_friction = domain.chunks, domain.mixed, domain.records_friction
-    return DomainPart(domain, tuple(bodies), part)
+    found = DomainPart(domain, tuple(bodies), part)
+    if contact is not None and lists is not None:
+        everyone = np.concatenate([body.node_order for body in domain.bodies])
+        everyone += np.repeat(mesh_starts(domain)[:-1], np.diff(domain.node_start))
+        boundary = everyone[found.nodes[part.boundary]]
+        part.whole = domain
+        part.shared = shared_contact(contact, rank, lists, shares, boundary, found.rows_shared())
+        part.counted = np.ones(len(part.boundary))
+        part.counted[found.guests()] = 0.0
+    return found
 
 
-def cut_domain(domain: Domain, scene: Scene, ranks: int) -> np.ndarray:
+def shares_contact(domain: Domain, cut: np.ndarray) -> bool:
+    """Return whether several ranks have contact cells; cut: what `cut_domain` returns."""
+    first = 0
+    for plan in domain.bodies:
+        graph = None if plan.contact is None else plan.contact.graph
+        if graph is not None and cut[first + plan.cell_order[graph.cells]].any():
+            return True
+        first += plan.body.mesh.cell_count
+    return False
+
+
+def cut_domain(domain: Domain, scene: Scene, ranks: int, contact: int | None = None) -> np.ndarray:
     """Return the rank [m] (int32) of every cell of the bodies of a domain, one body after the other.
 
+    contact: number of ranks that share its contact, None: those with the shortest step (`cut.contact_ranks`); 1 where
+    something keeps it together (`shared_contact.hindrance`).
     Raises `InputError` if it has too few cells.
     """
-    blocks: list[tuple[str, np.ndarray]] = []
-    acting, first = [], 0
-    for number, plan in zip(domain.numbers, domain.bodies, strict=True):
-        mesh = plan.body.mesh
-        blocks += [(kind, rows + first) for kind, rows in mesh.blocks]
-        acting.append(acting_nodes(plan, spring_nodes(scene, number)) + first)
-        first += mesh.node_count
-    marked = np.zeros(first, dtype=bool)
-    marked[np.concatenate(acting)] = True
-    return cut_beside(blocks, first, ranks, _cells_at(blocks, marked), _contact_work(domain)).astype(np.int32)
+    blocks, count = mesh_blocks(domain), int(mesh_starts(domain)[-1])
+    together = _acting_cells(domain, scene, blocks, True)
+    work = _contact_work(domain)
+    if ranks > 1 and domain.contact is not None and not hindrance(scene, domain) and check_receivers(domain):
+        nodes = contact_in_meshes(domain)
+        touching = _cells_at(blocks, _marked(count, [nodes]))
+        cells, removal = sum(len(rows) for _, rows in blocks), "full" if domain.contact.block > 1 else "normal"
+        if contact is None:
+            contact = contact_ranks(cells, len(touching), len(nodes), ranks, removal, cells - len(together))
+        contact = min(contact, ranks, len(touching))
+        if contact > 1:
+            others = _acting_cells(domain, scene, blocks, False)
+            found = cut_cells(blocks, count, ranks, nodes, work / len(touching), contact, others)
+            return found.astype(np.int32)
+    return cut_beside(blocks, count, ranks, together, work).astype(np.int32)
+
+
+def _acting_cells(domain: Domain, scene: Scene, blocks: Blocks, touching: bool) -> np.ndarray:
+    """Return the cells that the first rank must have, ascending; touching: with those of the contact."""
+    pairs = zip(domain.numbers, domain.bodies, mesh_starts(domain), strict=False)
+    acting = [acting_nodes(plan, spring_nodes(scene, number), touching) + first for number, plan, first in pairs]
+    return _cells_at(blocks, _marked(int(mesh_starts(domain)[-1]), acting))
+
+
+def _marked(count: int, nodes: list[np.ndarray]) -> np.ndarray:
+    marked = np.zeros(count, dtype=bool)
+    marked[np.concatenate(nodes)] = True
+    return marked
 
 
 def _cells_at(blocks: Blocks, marked: np.ndarray) -> np.ndarray:

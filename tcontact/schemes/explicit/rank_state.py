@@ -2,7 +2,8 @@
 
 The ranks add up the forces of shared nodes between the force pass and the motion of the boundary nodes; each copy of a
 node then moves itself. Rows of the history are gathered from all ranks, so that every rank has the row of the domain
-and takes the same decisions.
+and takes the same decisions. Where several ranks share the contact, they solve for its nodes together
+(contact/shared_solve.py).
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import FunctionError
+from ...contact.massless_contact import MasslessContactTerm
+from ...contact.shared_solve import Heirs, SharedSolve
 from ...device import arrays
 from ...device.team import Team
 from ...planning.measured import Layout, combined
@@ -46,8 +49,8 @@ class RankState(DomainState):
         )
         super().__init__(scene, part.domain, u, v, layout)
         self.halo = team.exchange(part.rows_shared())
-        self._guests = rows = part.guests()
         domain = part.domain
+        self._guests = rows = part.guests() if domain.shared is None else np.zeros(0, dtype=np.int64)
         self._guest_nodes = domain.boundary[rows]
         self._guest_start = domain.reference[self._guest_nodes]
         self._guest_mass = domain.tensors[rows, 0, :1]  # what acts on nodes acts on those of the first rank alone
@@ -65,10 +68,36 @@ class RankState(DomainState):
         self.place = np.empty(len(owned), dtype=np.int64)  # of every node of the whole domain among those gathered
         self.place[owned] = np.arange(len(owned))
         contact = self.contact
+        self.heirs = self._shared_contact()
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
         self._rows = 1 if self._asks else int(team.smallest(len(self._raw)))
         self.touching, self.frees = team.any(self.touching), team.any(self.frees)
         self.views = [RankView(self, number) for number in range(len(part.bodies))]
+
+    def _shared_contact(self) -> Heirs | None:
+        """Make what solves for contact nodes together with other ranks; return what hands over what is left.
+
+        None where the first rank has the whole contact.
+        """
+        domain, team, contact = self.part.domain, self.team, self.contact
+        shared = domain.shared
+        if shared is None:
+            return None
+        heirs, teams = Heirs(team, shared), []
+        for number, ranks in enumerate(shared.ranks):
+            group = team.group(ranks) if len(ranks) > 1 else None
+            if number in shared.islands:
+                teams.append(group)
+        if isinstance(contact, MasslessContactTerm) and self.serial is not None and self.boundary_nodes is not None:
+            parts = domain, self.internal_force, self.boundary_nodes, contact, self.serial.sums
+            self.serial.copies = SharedSolve(team, *parts, heirs, teams)
+            self.contact_counts = team.gathered(np.array(shared.owned.sum())).astype(np.int64)
+            owned = shared.nodes[shared.owned]
+        else:
+            self.contact_counts = team.gathered(np.array(0)).astype(np.int64)
+            owned = np.zeros(0, dtype=np.int64)
+        self.contact_place = np.argsort(team.joined(owned.astype(float), self.contact_counts))
+        return heirs
 
     def _add(self, special_force: arrays.Array) -> None:
         """Add the forces of the other ranks at shared nodes, and note what the kernel will count of guests."""
@@ -96,6 +125,13 @@ class RankState(DomainState):
         domain = self.part.domain
         return arrays.get(self.boundary_nodes.load)[: domain.loads.size].reshape(-1, 3)
 
+    def whole_contact(self, values: np.ndarray) -> np.ndarray:
+        """Return values [k, ..] of the contact nodes of the whole domain from those of the ranks that share them."""
+        shared = self.part.domain.shared
+        assert shared is not None
+        own = values[shared.owned] if len(shared.nodes) else values[:0]
+        return self.team.joined(own, self.contact_counts)[self.contact_place]
+
     def advance(self, kick_before: float, *given: Any, **stop_at: Any) -> int:
         """Advance, see `DomainState.advance`; the ledger counts every node once."""
         self._kick = kick_before
@@ -103,14 +139,18 @@ class RankState(DomainState):
 
     def _take_row(self, raw: np.ndarray, time: float, steps: tuple[float, float]) -> None:
         """Move the boundary nodes, and note the sums of the row without those of guests."""
+        if self.heirs is not None and self.contact is None:  # with contact the serial step does it
+            special = arrays.get(self.internal_force.special_force).reshape(-1, 3)
+            self.heirs.add(special, np.zeros((1, 3)))
         super()._take_row(raw, time, steps)
         if len(self._guests):
             raw[self._counted_at] -= self._counted
 
     def _watched(self, raw: np.ndarray) -> Sequence[float]:
         """Return what decides on all ranks alike whether the steps go on: of the whole domain."""
-        energy, lowest, *others = self.team.gathered(np.array(super()._watched(raw))).T
-        return float(energy.sum()), float(lowest.min()), *(float(one.max()) for one in others)
+        energy, lowest, rate, count, *others = self.team.gathered(np.array(super()._watched(raw))).T
+        sums = float(energy.sum()), float(lowest.min()), float(rate.max()), float(count.sum())
+        return *sums, *(float(one.max()) for one in others)
 
     def whole(self, values: np.ndarray) -> np.ndarray:
         """Return values [n, ..] of the nodes of the whole domain from those of all ranks."""

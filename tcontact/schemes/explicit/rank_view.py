@@ -1,7 +1,7 @@
 """A whole body of a run on several ranks, as frames, results, guards and watches read it.
 
 Every rank calls the same methods, and every rank gets the values of the whole body: those of nodes and cells are
-gathered from all ranks, those of the contact come from the first one, which has it.
+gathered from all ranks, those of the contact come from the first one, or from all ranks that share it.
 """
 
 from __future__ import annotations
@@ -30,6 +30,11 @@ class Shared(Stepped, Protocol):
     team: Team
     own_views: list[BodyView]
     touching: bool
+    heirs: Any
+
+    def whole_contact(self, values: np.ndarray) -> np.ndarray:
+        """Return values [k, ..] of the contact nodes of the whole domain from those of the ranks that share them."""
+        ...
 
     def whole(self, values: np.ndarray) -> np.ndarray:
         """Return values [n, ..] of the nodes of the whole domain from those of all ranks."""
@@ -81,7 +86,14 @@ class RankView(BodyView):
 
     def massless_velocity(self, dt: float) -> np.ndarray | None:
         """Return the position difference over dt of the massless components [k, 3]; None without any."""
-        return self._of_first(lambda own: own.massless_velocity(dt))
+        if self.state.heirs is None:
+            return self._of_first(lambda own: own.massless_velocity(dt))
+        contact = self.state.contact
+        return self._of_contact(np.zeros((0, 3)) if contact is None else contact.velocity(self.state.u, dt))
+
+    def _of_contact(self, values: np.ndarray) -> np.ndarray:
+        """Return values [k, ..] of the contact nodes of the body from those of the ranks that share them."""
+        return self.state.whole_contact(values)[self._contact]
 
     def _of_first(self, read: Callable[[BodyView], Any]) -> Any:
         """Return what the first rank reads from its part, on all ranks; None if it has no part of the body."""
@@ -105,10 +117,15 @@ class RankView(BodyView):
 
     def contact_areas(self) -> np.ndarray:
         """Return the area [n] [m^2] that the contact force on every node acts on, in the user's numbering; else 0."""
+        if self.state.heirs is not None:
+            return self.plan.contact_areas()
         return self._nodal(lambda own: own.contact_areas(), 0.0)
 
     def contact_node_force(self) -> np.ndarray:
         """Return the contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
+        if self.state.heirs is not None:
+            contact = self.state.contact
+            return self._of_contact(np.zeros((0, 3)) if contact is None else contact.contact_node_forces())
         found = self._of_first(lambda own: own.contact_node_force())
         count = 0 if self.plan.contact is None else len(self.plan.contact.nodes)
         return np.zeros((count, 3)) if found is None else np.asarray(found)
@@ -131,6 +148,17 @@ class RankView(BodyView):
     def friction_fields(self) -> dict[str, np.ndarray]:
         """Return slip path [n] [m] and friction work [n] [J/m^2] of the nodes up to the last row; elsewhere 0."""
         names = ("slip_distance", "friction_work")
+        if self.state.heirs is not None:
+            contact = self.state.contact
+            record = (
+                None if contact is None or contact.friction is None else np.stack(contact.friction.record(), axis=1)
+            )
+            slip, work = self._of_contact(np.zeros((0, 2)) if record is None else record).T
+            fields = {name: np.zeros(len(self.plan.reference)) for name in names}
+            if self.plan.contact is not None:
+                nodes = self.plan.contact.nodes
+                fields["slip_distance"][nodes], fields["friction_work"][nodes] = slip, work / self.plan.contact.areas
+            return {name: self.plan.to_user(values) for name, values in fields.items()}
         return {name: self._nodal(lambda own, n=name: own.friction_fields()[n], 0.0) for name in names}  # type: ignore[misc]
 
     def layers(self) -> LayerState | None:

@@ -8,6 +8,7 @@ from ...cells.internal_force import InternalForce
 from ...contact.layered_friction import LayeredFriction
 from ...contact.massless_contact import MasslessContactTerm
 from ...contact.pairs.pair_contact import PairContact
+from ...contact.shared_solve import SharedSolve
 from ...contact.term import ContactTerm
 from ...device import arrays
 from ...device.launch import Prepared
@@ -63,6 +64,8 @@ class SerialStep:
         self.names = launch_control
         self.force = force
         self.contact, self.loads, self.rigid = contact, loads, rigid
+        self.copies: SharedSolve | None = None  # where ranks share the contact
+        self.counted = None if domain.counted is None else arrays.put(domain.counted)
         self.kinds = ContactOptions() if contact is None else contact.options
         self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
@@ -84,7 +87,9 @@ class SerialStep:
             "supports": SupportArrays() if supports is None else SupportArrays(**supports.arguments(), sums=self.sums),
             "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
             "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
-            "contact": Contact(**({} if contact is None else contact.arguments()), sums=self.sums),
+            "contact": Contact(
+                **({} if contact is None else contact.arguments()), sums=self.sums, counted=self.counted
+            ),
             "coupling": Coupling() if pairs is None else Coupling(pairs.lists, pairs.values),
             "pairs": Pairs() if solve is None else Pairs(**solve.pairs),
             "system": System() if solve is None else System(**solve.system),
@@ -165,8 +170,11 @@ class SerialStep:
         control = self._go(control, u, v)
         if control[names.WANTS_LAYERS] == 1.0:
             assert contact is not None
-            assert isinstance(contact.friction, LayeredFriction)
-            contact.friction.step(before, after)
+            if self.copies is not None:
+                self.copies.hand_over()
+            else:
+                assert isinstance(contact.friction, LayeredFriction)
+                contact.friction.step(before, after)
             control[names.START] = names.KICK
             control = self._go(control, u, v)
         done = int(control[names.ROWS_DONE])
@@ -176,6 +184,9 @@ class SerialStep:
             control[names.START], control[names.WANTS_LOADS] = names.LOADS, 0.0
             control = self._go(control, u, v)
             control[names.WANTS_ROWS] = max(stale, control[names.WANTS_ROWS])
+        if self.copies is not None and control[names.WANTS_MEASURE] == 1.0:
+            self.copies.solve(u, v)
+            return done
         while control[names.WANTS_ROWS] == 1.0 or control[names.WANTS_MEASURE] == 1.0:
             if control[names.WANTS_ROWS] == 1.0:
                 self.build_rows(u)

@@ -1,0 +1,397 @@
+"""The static solve of contact nodes that several ranks share: phases of a kernel, and what the ranks exchange between.
+
+    measure -> [ sum f, max F_ref, residual ] -> judge -> tangent -> [ sum rows ] -> sweeps, colour by colour,
+    [ increments from owners to copies and ghosts after each colour, max defect after each sweep ] -> move -> measure
+
+The iterates are those of one rank: colours are those of the whole contact, and every decision follows from numbers that
+all ranks of an island have alike. kernels/step/rank_solve.py has the phases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..cells.internal_force import InternalForce
+from ..device import arrays
+from ..device.exchange import Exchange, Handover
+from ..device.launch import Prepared
+from ..device.team import Team
+from ..kernels.lanes import SWEEP_LANES
+from ..nodes.boundary_nodes import BoundaryNodes
+from ..planning.domain import Domain
+from ..planning.partition.shared_contact import Lists, SharedContact
+from .massless_contact import MasslessContactTerm
+
+
+class Heirs:
+    """Shares out what a static solve leaves unbalanced among the nodes that carry the mass of a contact node.
+
+    f_j += sum over contact nodes k of rest_k / number of receivers of k,   j among these
+
+    Every share is computed by one rank, and summed over all ranks with a copy of the receiver. width: nodes of the
+    part of this rank that have such shares.
+    """
+
+    def __init__(self, team: Team, shared: SharedContact) -> None:
+        from scipy.sparse import csr_matrix
+
+        self.rows = shared.heirs
+        self.exchange = team.exchange(shared.heirs_shared)
+        givers, receivers = shared.pairs.T
+        places = np.searchsorted(self.rows, receivers)
+        size = len(self.rows), max(1, len(shared.nodes))
+        self._parts = csr_matrix((1.0 / shared.givers[givers], (places, givers)), shape=size)
+
+    def add(self, special_force: np.ndarray, rest: np.ndarray) -> None:
+        """Add the shares of the forces [k, 3] [N] to `special_force` [s, 3]; without contact nodes [1, 3] zeros."""
+        shares = np.asarray(self._parts @ rest)
+        self.exchange.add(shares)
+        special_force[self.rows] += shares
+
+
+@dataclass(frozen=True, eq=False)
+class SharedIsland:
+    """An island on this rank, and what it exchanges.
+
+    number: of the island here; team: the ranks that have a part of it, None for this one alone; colours [c]: first and
+    last + 1 pack of each colour of the whole island; own [2]: first and last + 1 node that this rank solves;
+    ghosts: where their increments stand; forces, diagonals: sums over copies; rows: sums of rows at their owners;
+    increments: of each colour, all of them, active rows and friction: from owners to copies.
+    """
+
+    number: int
+    team: Team | None
+    colours: Sequence[tuple[int, int]]
+    own: tuple[int, int]
+    ghosts: np.ndarray
+    forces: Exchange
+    diagonals: Exchange
+    rows: Handover
+    increments: Sequence[Handover]
+    everyone: Handover
+    active: Handover
+    friction: Handover | None
+
+
+class SharedSolve:
+    """Solves for the contact nodes of a domain together with the other ranks that have some.
+
+    sums: of the step (kernels/columns.py); heirs: hands over what is left.
+    """
+
+    def __init__(
+        self,
+        team: Team,
+        domain: Domain,
+        force: InternalForce,
+        boundary: BoundaryNodes,
+        contact: MasslessContactTerm,
+        sums: arrays.Array,
+        heirs: Heirs,
+        teams: Sequence[Team | None],
+    ) -> None:
+        from ..kernels.static import control as stats
+        from ..kernels.static import sweeps
+        from ..kernels.step import rank_phases
+
+        self.names, self.rules, self.phases = stats, sweeps, rank_phases
+        self.force, self.contact, self.heirs = force, contact, heirs
+        shared: SharedContact = domain.shared
+        count = len(shared.nodes)
+        self._scratch = arrays.zeros(rank_phases.CONTROL), arrays.zeros(rank_phases.MEASURED * count)
+        self._launch, self._parts = self._kernel(domain, boundary, sums)
+        self._block, self._room = contact.block, len(contact.static_solve.system["stiffness"])
+        places = Places(team, domain, contact, self._room)
+        self._islands = [places.island(number, own) for number, own in enumerate(teams)]
+
+    @property
+    def stats(self) -> np.ndarray:
+        """Numbers [islands, STATS] of the solve, those of the kernels themselves."""
+        return np.asarray(self.contact.static_solve.stats).reshape(-1, self.names.STATS)
+
+    @property
+    def settings(self) -> np.ndarray:
+        """Settings [islands, SETTINGS] of the solve."""
+        return np.asarray(self.contact.static_solve.system["settings"]).reshape(-1, self.names.SETTINGS)
+
+    def _kernel(self, domain: Domain, boundary: BoundaryNodes, sums: arrays.Array) -> tuple[Prepared, tuple]:
+        """Make the kernel of the phases and the arrays of its launches, behind those of the force pass."""
+        from ..kernels.language.bundles import (
+            PAIR_LISTS,
+            Boundary,
+            Contact,
+            JointPairs,
+            Obstacles,
+            Pairs,
+            RankLaunch,
+            Rows,
+            System,
+        )
+        from ..kernels.language.joint_lists import joined
+        from ..kernels.language.signatures import MOST, arguments, signature_of
+        from ..kernels.step.rank_solve import make_rank_solve, make_rank_sweep
+
+        contact, solve = self.contact, self.contact.static_solve
+        bundles = {
+            "body": self.force.bundle(),
+            "boundary": Boundary(**boundary.arguments(), sums=sums),
+            "obstacles": Obstacles(**contact.obstacle_arguments()),
+            "rows": Rows(**contact.row_arguments()),
+            "contact": Contact(**contact.arguments(), sums=sums),
+            "pairs": Pairs(**solve.pairs),
+            "system": System(**solve.system),
+            "launch": RankLaunch(*self._scratch),
+        }
+        names = "nodes", "islands", "basis", "active", "compliance", "friction"
+        of_sweeps = {
+            "rows": bundles["rows"],
+            "contact": Contact(**{name: one for name, one in contact.arguments().items() if name in names}),
+            "system": bundles["system"],
+            "launch": RankLaunch(self._scratch[0]),
+        }
+        self._sweeps = Prepared(make_rank_sweep(signature_of(of_sweeps), contact.options)), arguments(of_sweeps)
+        if len(arguments(bundles)) > MOST:
+            lists = arrays.put(joined([arrays.get(solve.pairs[name]) for name in PAIR_LISTS]))
+            bundles["pairs"] = JointPairs(lists, solve.pairs["shape_gradients"], solve.pairs["values"])
+        kernel = make_rank_solve(signature_of(bundles), domain.kinds, contact.options, contact.plain)
+        return Prepared(kernel), arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
+
+    def hand_over(self) -> None:
+        """Share out what the last solve has left unbalanced."""
+        special = arrays.get(self.force.special_force).reshape(-1, 3)
+        assert self.contact.residual_shares is not None
+        self.heirs.add(special, arrays.get(self.contact.residual_shares).reshape(-1, 3))
+
+    def solve(self, u: arrays.Array, v: arrays.Array) -> None:
+        """Bring the contact nodes to equilibrium at the displacement u [3n], in place."""
+        arguments = (*self.force.arguments(u, v), *self._parts)
+        first, left = 1.0, list(self._islands)
+        while left:
+            self.force.measure_surface(u, v)
+            self._do(arguments, self.phases.MEASURE)
+            for island in left:
+                self._resolve(arguments, island, first)
+            at = self.names
+            left = [one for one in left if self.stats[one.number, at.NEXT] == at.MEASURE]
+            first = 0.0
+
+    def _do(self, arguments: tuple, phase: int, island: int = 0, **numbers: float) -> np.ndarray:
+        """Do a phase; numbers: of `control` by their names in rank_phases.py, in small letters. Returns the results."""
+        control, at = self._scratch[0], self.phases
+        control[at.PHASE], control[at.ISLAND_AT] = phase, island
+        for name, value in numbers.items():
+            control[getattr(at, name.upper())] = value
+        self._launch(*arguments)
+        return control[at.RESULT :]
+
+    def _resolve(self, arguments: tuple, island: SharedIsland, first: float) -> None:
+        """Do one iteration of the static solve of an island, as `resolve_island` of kernels/static/solve.py."""
+        names, phases, number = self.names, self.phases, island.number
+        stats = self.stats[number]
+        island.forces.add(self._scratch[1].reshape(-1, phases.MEASURED))
+        found = self._do(arguments, phases.ASSEMBLE, number)
+        found[:] = self._largest(island, found)
+        self._do(arguments, phases.JUDGE, number, first=first)
+        if stats[names.TODO] != names.DONE:
+            if stats[names.STALE] == 1.0:
+                self._linearise(arguments, island)
+                stats[names.STALE] = 0.0
+            self._sweep(arguments, island)
+            self._move(arguments, island)
+        self._do(arguments, phases.CONCLUDE, number)
+
+    def _largest(self, island: SharedIsland, values: np.ndarray) -> np.ndarray:
+        """Return the largest values over the ranks that have a part of an island."""
+        return values if island.team is None else np.asarray(island.team.largest(values))
+
+    def _linearise(self, arguments: tuple, island: SharedIsland) -> None:
+        """Assemble K_KK: the rows of own nodes, the diagonal blocks of all."""
+        names, number, system = self.names, island.number, self.contact.static_solve.system
+        self._do(arguments, self.phases.LINEARISE, number)
+        size = self._block * self._block
+        island.rows.add(system["values"])
+        island.diagonals.add(system["inverse"].reshape(size, self._room).T)
+        found = self._do(arguments, self.phases.INVERT, number)
+        weakest, stiffest = self._largest(island, np.array([-found[0], found[1]]))
+        self.stats[number, [names.PIVOT, names.STIFFEST]] = -weakest, stiffest
+
+    def _sweep(self, arguments: tuple, island: SharedIsland) -> None:
+        """Sweep over an island, as `sweep` of kernels/static/sweeps.py, which says what the numbers are."""
+        names, rules, phases, number = self.names, self.rules, self.phases, island.number
+        stats, settings = self.stats[number], self.settings[number]
+        increments = self.contact.static_solve.system["increment"]
+        minimum, aim, accepted = self._do(arguments, phases.BEGIN, number).tolist()
+        increments.reshape(-1, self._room)[:, island.ghosts] = 0.0
+        done, residual, stalled = 0.0, 1e300, False
+        relaxation, maximum = settings[names.RELAXATION], settings[names.MAXIMUM_SWEEPS]
+        accelerated, checked, mark, backward, factor, straight = False, 0.0, 1e300, False, 0.0, 0.0
+        defects = list[float]()  # of this rank, in the sweeps whose residual no decision has asked for yet
+        while True:
+            if done >= minimum or done == checked + rules.INTERVAL:
+                for defect in self._largest(island, np.array(defects)).tolist() if defects else ():
+                    before, residual = residual, defect / stats[names.F_REF]
+                    stalled = stalled or (residual > rules.STALLED * before and residual <= stats[names.ROUNDING])
+                defects.clear()
+            if (
+                done >= minimum
+                and (done >= settings[names.POLISHING_SWEEPS] or residual <= aim or stalled)
+                and (done >= maximum or residual <= accepted)
+            ):
+                break
+            if done == checked + rules.INTERVAL:
+                if not accelerated and done > rules.INTERVAL and residual > max(aim, rules.SLOW * mark):
+                    accelerated, relaxation = True, 1.0
+                if accelerated and residual < mark:
+                    maximum = min(max(maximum, done + rules.EXTENSION), settings[names.MAXIMUM_IN_ALL])
+                checked, mark = done, residual
+            if accelerated and not backward:
+                self._do(arguments, phases.EXTRAPOLATE, number, factor=factor)
+                island.everyone.pass_on(increments)
+            defects.append(self._sweep_once(island, relaxation, backward))
+            done += 1.0
+            if accelerated:
+                if backward:
+                    advance = self._do(arguments, phases.ADVANCE, number, begin_at=island.own[0], end_at=island.own[1])
+                    total = float(advance[0]) if island.team is None else island.team.total(float(advance[0]))
+                    straight = 0.0 if total < 0.0 else straight + 1.0
+                    factor = straight / (straight + 3.0)
+                backward = not backward
+        self._do(arguments, phases.END, number)
+        self._share_result(island)
+        stats[names.SWEEPS] += done
+        if settings[names.LINEAR] == 1.0:
+            stats[names.BEFORE], stats[names.RESIDUAL] = stats[names.RESIDUAL], residual
+
+    def _sweep_once(self, island: SharedIsland, relaxation: float, backward: bool) -> float:
+        """Update every node of an island once; return the largest defect [N] of this rank."""
+        increments, defect = self.contact.static_solve.system["increment"], 0.0
+        control, at, (launch, parts) = self._scratch[0], self.phases, self._sweeps
+        control[at.FACTOR], control[at.BACKWARD] = relaxation, backward
+        order = range(len(island.colours))
+        for colour in reversed(order) if backward else order:
+            begin, end = island.colours[colour]
+            if begin < end:
+                control[at.BEGIN_AT], control[at.END_AT] = begin, end
+                launch(*parts)
+                defect = max(defect, float(control[at.RESULT]))
+            island.increments[colour].pass_on(increments)
+        return defect
+
+    def _share_result(self, island: SharedIsland) -> None:
+        """Give the copies what the sweeps have left at their owners: active rows, friction and pressing force."""
+        active = self.contact.active.astype(np.float64)
+        island.active.pass_on(active)
+        self.contact.active[:] = active
+        if island.friction is not None and self.contact.rows is not None:
+            island.friction.pass_on(self.contact.rows.values)
+
+    def _move(self, arguments: tuple, island: SharedIsland) -> None:
+        """Move the nodes of an island, as `move` of kernels/static/sweeps.py."""
+        reach, part = float(self.settings[island.number, self.names.REACH]), 1.0
+        if reach < 1e300:  # of a linear law it is that large, and no step is cut
+            length = float(self._largest(island, self._do(arguments, self.phases.LENGTH, island.number)[:1])[0])
+            part = min(1.0, reach / max(length, 1e-300))
+        self._do(arguments, self.phases.MOVE, island.number, factor=part)
+
+    def owned(self) -> list[arrays.Array]:
+        """Return the arrays of the phases."""
+        return [*self._scratch]
+
+
+class Places:
+    """Where the numbers stand that the ranks exchange for the contact of a domain; room: nodes of `System.right`."""
+
+    def __init__(self, team: Team, domain: Domain, contact: MasslessContactTerm, room: int) -> None:
+        self.team, self.domain, self.contact, self.room = team, domain, contact, room
+        self.shared: SharedContact = domain.shared
+        assert domain.whole is not None
+        assert domain.whole.contact is not None
+        assert domain.whole.contact.graph is not None
+        self.graph = domain.whole.contact.graph
+        everyone = np.concatenate([self.shared.nodes, self.shared.ghosts])
+        self.colour = np.searchsorted(self.graph.colour_start, everyone, side="right") - 1
+        starts = [island.nodes.start for island in contact.islands]
+        self.island_of = np.searchsorted(starts, np.arange(len(self.shared.nodes)), side="right") - 1
+        first = {int(self.graph.nodes.size)}  # of every island of the whole domain among its contact nodes
+        first |= {int(start) for start in domain.whole.contact_start}
+        self.firsts = sorted(first)
+
+    def island(self, number: int, team: Team | None) -> SharedIsland:
+        """Return an island of this rank; team: as in `SharedIsland`."""
+        shared, contact, block = self.shared, self.contact, self.contact.block
+        nodes = contact.islands[number].nodes
+        begin = int(np.searchsorted(self.firsts, shared.nodes[nodes.start], side="right")) - 1
+        whole = self.firsts[begin], self.firsts[begin + 1]  # its contact nodes in the whole domain
+        inside = np.concatenate([shared.nodes, shared.ghosts])
+        inside = (inside >= whole[0]) & (inside < whole[1])
+        colours = [c for c, first in enumerate(self.graph.colour_start) if whole[0] <= first < whole[1]]
+        packs = np.array([self._packs(*shared.colours[colour]) for colour in colours]).reshape(-1, 2)
+        of_row = inside[: len(shared.nodes)]
+        entries = np.repeat(of_row, np.diff(shared.graph.row_start)) if shared.graph is not None else of_row
+        sent, received = ([(o, p[inside[p]]) for o, p in lists] for lists in (shared.sent, shared.received))
+        copies = [(other, rows[of_row[rows]]) for other, rows in shared.copies]
+        copies = [(other, rows) for other, rows in copies if len(rows)]
+        rows = [[(o, e[entries[e]]) for o, e in lists] for lists in (shared.rows_sent, shared.rows_received)]
+        k = len(shared.nodes)
+        own_copies = [(other, nodes_of[nodes_of < k]) for other, nodes_of in received]
+        return SharedIsland(
+            number,
+            team,
+            [(int(first), int(last)) for first, last in packs],
+            (nodes.start, nodes.start + int(shared.owned[nodes].sum())),
+            k + np.flatnonzero(inside[k:]),
+            self.team.exchange(copies, 4),
+            self.team.exchange(copies, block * block),
+            self.team.handover(*(self._blocks(lists) for lists in rows)),
+            [self._increments(sent, received, colour) for colour in colours],
+            self._increments(sent, received, None),
+            self.team.handover(_flat(self._held(sent), 1), _flat(own_copies, 1)),
+            self._friction(self._held(sent), own_copies),
+        )
+
+    def _packs(self, begin: int, end: int) -> tuple[int, int]:
+        """Return first and last + 1 pack of the nodes begin .. end, which are of one colour."""
+        starts = self.contact.order.pack_start
+        return (0, 0) if begin == end else (int(np.searchsorted(starts, begin)), int(np.searchsorted(starts, end)))
+
+    def _increments(self, sent: Sequence, received: Sequence, colour: int | None) -> Handover:
+        """Return what hands over the increments of a colour, None: of all of them."""
+        steps = self.room * np.arange(self.contact.block)
+
+        def places(lists: Sequence) -> list[tuple[int, np.ndarray]]:
+            chosen = [(o, p if colour is None else p[self.colour[p] == colour]) for o, p in lists]
+            return [(other, nodes[:, None] + steps) for other, nodes in chosen]
+
+        return self.team.handover(places(sent), places(received))
+
+    def _blocks(self, lists: Sequence) -> list[tuple[int, np.ndarray]]:
+        """Return the places of blocks of K_KK in `System.values`."""
+        size = SWEEP_LANES * np.arange(self.contact.block**2)
+        places = self.contact.order.entry_place
+        return [(other, places[entries][:, None] + size) for other, entries in lists]
+
+    def _held(self, sent: Sequence) -> list[tuple[int, np.ndarray]]:
+        """Return the nodes that others have copies of, of those whose increments they get."""
+        copies = {other: set(rows.tolist()) for other, rows in self.shared.copies}
+        return [(o, p[[n in copies.get(o, set()) for n in p.tolist()]]) for o, p in sent]
+
+    def _friction(self, sent: Sequence, received: Sequence) -> Handover | None:
+        """Return what hands over the friction in the rows of nodes, None without friction in the static solve."""
+        options = self.contact.options
+        if not options.static_friction:
+            return None
+        at, slots = options.row_places, self.contact.slots
+        columns = np.array([at.pressing, *(at.traction + np.arange(3))])
+        numbers = (at.width * np.arange(slots)[:, None] + columns).reshape(-1)
+
+        def places(lists: Sequence) -> list[tuple[int, np.ndarray]]:
+            return [(other, nodes[:, None] * (slots * at.width) + numbers) for other, nodes in lists]
+
+        return self.team.handover(places(sent), places(received))
+
+
+def _flat(lists: Sequence, width: int) -> Lists:
+    return tuple((other, nodes.reshape(-1, width)) for other, nodes in lists)

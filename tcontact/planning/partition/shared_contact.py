@@ -1,0 +1,305 @@
+"""The contact of a domain that several ranks share, as one of them has it.
+
+The contact cells are cut like all others. A contact node on a cut has a copy on every rank with a cell at it; its
+owner, the lowest of them, solves for it. What the ranks exchange in a static solve are lists of places that follow from
+the graph of the whole contact, which every rank has planned:
+
+    forces of the contact cells       summed over the copies, by all of them
+    blocks of K_KK                    a row is summed by its owner, which then has all of it
+    increments of a colour            from the owner to copies, and to ghosts, on which rows of other owners depend
+    what a solve leaves unbalanced    shared out to the receivers of a node by the lowest rank with a cell at both
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...mesh.geometry import Blocks
+from ...scene.contact_models import MasslessContact
+from ...scene.friction_models import Coulomb, RegularizedCoulomb
+from ...scene.scene import Scene
+from ..body_plan import BodyPlan, ContactPlan
+from ..contact_graph import ContactGraph
+from ..domain import Domain
+from ..static_solver import projected
+from .contact_parts import ContactPart, contact_part, receiver_ranks
+from .graph_part import graph_part, ranges
+
+Lists = tuple[tuple[int, np.ndarray], ...]  # for every other rank, ascending, places [n] of a list
+
+
+def hindrance(scene: Scene, domain: Domain) -> str:
+    """Return what keeps the contact of a domain on one rank, or ""."""
+    model, contact = scene.contact, domain.contact
+    if not isinstance(model, MasslessContact) or contact is None or contact.graph is None:
+        return "contact nodes with mass"
+    if any(body.contact is not None and _is_held(body.contact) for body in domain.bodies):
+        return "contact nodes that supports hold"
+    if domain.pairs:
+        return "pairs of bodies"
+    if domain.obstacles:
+        return "obstacles that move freely"
+    if scene.friction is not None and type(scene.friction) not in (Coulomb, RegularizedCoulomb):
+        return "friction that varies"
+    if domain.images is not None:
+        return "periodic sides"
+    if domain.viscous_cells:
+        return "viscous contact cells"
+    if domain.viscosity is not None and domain.plastic:
+        return "bulk viscosity of metals"
+    if projected(scene, domain.bodies):
+        return "MPRGP"
+    if scene.springs or any(body.rigid for body in domain.bodies):
+        return "springs or rigid parts"
+    return ""
+
+
+def _is_held(contact: ContactPlan) -> bool:
+    """Return whether some nodes of a contact set have no place in the static solve."""
+    return contact.graph is None or len(contact.nodes) < len(contact.all_nodes)
+
+
+def mesh_starts(domain: Domain) -> np.ndarray:
+    """Return the first node of the mesh of every body among those of all bodies of a domain, and their number."""
+    return np.cumsum([0, *(body.body.mesh.node_count for body in domain.bodies)])
+
+
+def mesh_blocks(domain: Domain) -> Blocks:
+    """Return the cells of all bodies of a domain by kind, with the nodes of their meshes numbered one after another."""
+    pairs = zip(domain.bodies, mesh_starts(domain), strict=False)
+    return tuple((kind, rows + first) for body, first in pairs for kind, rows in body.body.mesh.blocks)
+
+
+def contact_in_meshes(domain: Domain) -> np.ndarray:
+    """Return the contact nodes [k] of a domain among those of the meshes of all its bodies."""
+    pairs = zip(domain.bodies, mesh_starts(domain), strict=False)
+    found = [body.node_order[body.contact.nodes] + first for body, first in pairs if body.contact is not None]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+
+
+def boundary_in_meshes(domain: Domain) -> np.ndarray:
+    """Return the boundary nodes [s] of a domain likewise."""
+    nodes = np.empty(len(domain.boundary), dtype=np.int64)
+    for body, place, first in zip(domain.bodies, domain.boundary_place, mesh_starts(domain), strict=False):
+        nodes[place] = body.node_order[body.boundary] + first
+    return nodes
+
+
+@dataclass(frozen=True, eq=False)
+class BodyShare:
+    """The contact of one body on one rank.
+
+    nodes [k]: numbers among the contact nodes of its plan, those that this rank owns first, each part ascending; owned
+    [k]; cells [c]: numbers of the contact cells of this rank in the graph of the plan.
+    """
+
+    nodes: np.ndarray
+    owned: np.ndarray
+    cells: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class SharedContact:
+    """The contact of a domain on one of the ranks that share it.
+
+    nodes, owned [k]: as in `BodyShare`, of all bodies; ghosts [g]: numbers among the contact nodes of the whole domain;
+    graph: of these nodes; entries [e]: numbers of its entries in the whole graph; islands: for every island here its
+    number in the whole domain; ranks: for every island of the whole domain, the ranks that have a part of it; colours:
+    for every colour of the whole graph the first and last + 1 of the own nodes; copies: nodes of which others have
+    copies; sent, received: nodes and ghosts (behind the nodes) whose increments go to others or come from them;
+    rows_sent, rows_received: entries of rows that others own, and of own rows to which cells of others contribute;
+    pairs [p, 2]: contact node and receiver, a boundary node of the part, that this rank serves; givers [k]: number of
+    all receivers of a contact node; heirs [h]: boundary nodes of the part that receive something from some rank;
+    heirs_shared: those of which others have copies, as places in `heirs`.
+    """
+
+    nodes: np.ndarray
+    owned: np.ndarray
+    ghosts: np.ndarray
+    graph: ContactGraph | None
+    entries: np.ndarray
+    islands: tuple[int, ...]
+    ranks: tuple[tuple[int, ...], ...]
+    colours: np.ndarray
+    copies: Lists
+    sent: Lists
+    received: Lists
+    rows_sent: Lists
+    rows_received: Lists
+    pairs: np.ndarray
+    givers: np.ndarray
+    heirs: np.ndarray
+    heirs_shared: Lists
+
+
+class ContactCut:
+    """The contact of a whole domain as its ranks share it.
+
+    domain: the whole; rank [m]: of every cell of its bodies.
+    """
+
+    def __init__(self, domain: Domain, rank: np.ndarray) -> None:
+        assert domain.contact is not None
+        assert domain.contact.graph is not None
+        self.domain, self.rank, self.graph = domain, rank.astype(np.int64), domain.contact.graph
+        self.blocks, self.nodes = mesh_blocks(domain), contact_in_meshes(domain)
+        self.number = np.full(int(mesh_starts(domain)[-1]), -1, dtype=np.int64)
+        self.number[self.nodes] = np.arange(len(self.nodes))
+        self.rank_of_cells = self._rank_of_contact_cells()
+        start, rows = domain.residual_receivers
+        self.givers = np.diff(start)
+        everyone = boundary_in_meshes(domain)
+        self.pairs = np.stack([np.repeat(self.nodes, self.givers), everyone[rows]], axis=1)
+        self.server = receiver_ranks(self.blocks, self.rank, *self.pairs.T)
+
+    def _rank_of_contact_cells(self) -> np.ndarray:
+        """Return the rank [c] of every contact cell of the graph of the domain."""
+        found, first = [], 0
+        for body in self.domain.bodies:
+            if body.contact is not None and body.contact.graph is not None:
+                found.append(self.rank[first + body.cell_order[body.contact.graph.cells]])
+            first += body.body.mesh.cell_count
+        return np.concatenate(found)
+
+    def part(self, own: int) -> ContactPart:
+        """Return the contact nodes of one rank in the numbers of the meshes."""
+        return contact_part(self.blocks, self.rank, self.nodes, own)
+
+    def body_share(self, body: int, own: int, part: ContactPart) -> BodyShare | None:
+        """Return the contact of a body on one rank; None without any; part: what `part` returns for it."""
+        starts, cells = self.domain.contact_start, self.cells_of(body)
+        mine = cells[self.rank_of_cells[cells] == own]
+        if not len(mine):
+            return None
+        sources = ranges(self.graph.pair_start, mine)
+        here = np.unique(self.graph.pair_nodes[sources])
+        owned = np.zeros(len(self.number), dtype=bool)
+        owned[part.owned] = True
+        solved = owned[self.nodes[here]]
+        nodes = np.concatenate([here[solved], here[~solved]]) - starts[body]
+        return BodyShare(nodes, np.arange(len(nodes)) < solved.sum(), mine - cells[0])
+
+    def cells_of(self, body: int) -> np.ndarray:
+        """Return the numbers of the contact cells of a body in the graph of the domain."""
+        counts = [_cell_count(plan) for plan in self.domain.bodies]
+        return np.arange(sum(counts[:body]), sum(counts[: body + 1]))
+
+    def ranks_of(self, body: int) -> tuple[int, ...]:
+        """Return the ranks with contact cells of a body, ascending."""
+        return tuple(np.unique(self.rank_of_cells[self.cells_of(body)]).tolist())
+
+
+def _cell_count(plan: BodyPlan) -> int:
+    return 0 if plan.contact is None or plan.contact.graph is None else len(plan.contact.graph.cells)
+
+
+def shared_contact(
+    cut: ContactCut,
+    own: int,
+    part: ContactPart,
+    shares: list[BodyShare | None],
+    boundary: np.ndarray,
+    shared: Lists,
+) -> SharedContact:
+    """Return the contact of a domain on one rank.
+
+    part, shares: of this rank, what `ContactCut` returns; boundary [s]: boundary nodes of its part in the numbers of
+    the meshes; shared: boundary nodes of the part of which others have copies.
+    """
+    domain, graph = cut.domain, cut.graph
+    here = [(body, share) for body, share in enumerate(shares) if share is not None]
+    none = np.zeros(0, dtype=np.int64)
+    nodes = np.concatenate([none, *(share.nodes + domain.contact_start[body] for body, share in here)])
+    owned = np.concatenate([none.astype(bool), *(share.owned for _, share in here)])
+    cells = np.concatenate([none, *(share.cells + cut.cells_of(body)[0] for body, share in here)])
+    coming = cut.number[np.concatenate([none, *(own for _, own in part.ghosts)])]
+    ghosts = np.setdiff1d(coming, nodes)
+    place = np.full(len(graph.nodes), -1, dtype=np.int64)
+    place[nodes] = np.arange(len(nodes))
+    place[ghosts] = len(nodes) + np.arange(len(ghosts))
+
+    def placed(lists: Lists) -> Lists:
+        return tuple((other, place[cut.number[numbers]]) for other, numbers in lists)
+
+    found, entries = graph_part(graph, nodes, owned, ghosts, cells) if len(nodes) else (None, none)
+    bodies = [number for number, body in enumerate(domain.bodies) if body.contact is not None]
+    sent, received = _rows(cut, own, entries)
+    row = np.full(len(cut.number), -1, dtype=np.int64)
+    row[boundary] = np.arange(len(boundary))
+    mine = cut.pairs[cut.server == own]
+    heirs = np.unique(row[cut.pairs[:, 1]])
+    heirs = heirs[heirs >= 0]
+    return SharedContact(
+        nodes,
+        owned,
+        ghosts,
+        found,
+        entries,
+        tuple(bodies.index(body) for body, _ in here),
+        tuple(cut.ranks_of(body) for body in bodies),
+        _colours(graph, nodes, owned),
+        tuple((other, rows[rows < len(nodes)]) for other, rows in shared if (rows < len(nodes)).any()),
+        placed(part.sent),
+        placed(part.ghosts),
+        sent,
+        received,
+        np.stack([place[cut.number[mine[:, 0]]], row[mine[:, 1]]], axis=1),
+        cut.givers[nodes],
+        heirs,
+        tuple((other, np.searchsorted(heirs, rows[np.isin(rows, heirs)])) for other, rows in shared),
+    )
+
+
+def _colours(graph: ContactGraph, nodes: np.ndarray, owned: np.ndarray) -> np.ndarray:
+    """Return for every colour of a graph the first and last + 1 [colours, 2] of the own nodes, (0, 0) without any."""
+    colour = np.searchsorted(graph.colour_start, nodes, side="right") - 1
+    found = np.zeros((len(graph.colour_start), 2), dtype=np.int64)
+    for number in np.unique(colour[owned]):
+        places = np.flatnonzero(owned & (colour == number))
+        found[number] = places[0], places[-1] + 1
+    return found
+
+
+def _rows(cut: ContactCut, own: int, entries: np.ndarray) -> tuple[Lists, Lists]:
+    """Return the entries of a rank in rows of others, and the entries of its own rows to which others contribute.
+
+    entries [e]: numbers of the entries of the rank in the whole graph; both in the order of these numbers, and without
+    the diagonal, which all copies sum up.
+    """
+    graph, none = cut.graph, ()
+    if not len(entries):
+        return none, none
+    cell_of_pair = np.repeat(np.arange(len(graph.cells)), np.diff(graph.pair_start))
+    sources = graph.entry_pairs
+    entry = np.repeat(np.arange(len(graph.column)), np.diff(graph.entry_start))
+    rank = cut.rank_of_cells[cell_of_pair[np.where(sources < 0, -1 - sources, sources)]]
+    row = np.repeat(np.arange(len(graph.nodes)), np.diff(graph.row_start))
+    owner = np.full(len(graph.nodes), np.iinfo(np.int64).max, dtype=np.int64)
+    np.minimum.at(owner, row[entry], rank)
+    off = np.ones(len(graph.column), dtype=bool)
+    off[graph.row_start[:-1]] = False
+    ranks = int(cut.rank.max()) + 1
+    one, by = np.divmod(np.unique((entry * ranks + rank)[off[entry]]), ranks)
+    to = owner[row[one]]
+    there = np.full(len(graph.column), -1, dtype=np.int64)
+    there[entries] = np.arange(len(entries))
+
+    def listed(chosen: np.ndarray, others: np.ndarray) -> Lists:
+        return tuple((int(other), there[one[chosen & (others == other)]]) for other in np.unique(others[chosen]))
+
+    return listed((by == own) & (to != own), to), listed((to == own) & (by != own), by)
+
+
+def check_receivers(domain: Domain) -> bool:
+    """Return whether each contact node has a cell in common with all of its receivers."""
+    blocks, start = mesh_blocks(domain), domain.residual_receivers[0]
+    nodes, everyone = contact_in_meshes(domain), boundary_in_meshes(domain)
+    rank = np.zeros(sum(len(rows) for _, rows in blocks), dtype=np.int64)
+    try:
+        receiver_ranks(blocks, rank, np.repeat(nodes, np.diff(start)), everyone[domain.residual_receivers[1]])
+    except InputError:
+        return False
+    return True
