@@ -180,7 +180,7 @@ def massless_load_node(
     if ti.static(contact.options.threads > 1):  # the receivers add up the shares afterwards
         for j in ti.static(range(3)):
             contact.residual_shares[3 * k + j] = share[j]
-    else:
+    elif largest(share) > 0.0:  # where only normal components are massless, a closed node leaves nothing
         for i in range(begin, end):
             for j in ti.static(range(3)):
                 place = 3 * contact.residual_receivers[i] + j
