@@ -293,9 +293,9 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, th
     """Return resolve(body, boundary, contact, rows, coupling, pairs, system, viscous, first), memoised.
 
     It does one iteration of the static solve of every island. It is called after each force pass over the contact
-    cells, with the rows filled at the present state; stats[NEXT] says which islands need another pass. first: 1 at the
-    first call of a time step; viscous: data of viscous contact cells (cell_viscosity.py); plain: every basis is the
-    identity; threads: `ContactOptions.threads`.
+    cells, with the rows filled at the present state; stats[NEXT] says which islands need another pass. It returns 1 if
+    no node has moved since that pass, else 0. first: 1 at the first call of a time step; viscous: data of viscous
+    contact cells (cell_viscosity.py); plain: every basis is the identity; threads: `ContactOptions.threads`.
     """
     tangents = [
         make_reduced_tangent(kind, law, block, threads)
@@ -386,8 +386,12 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, th
         viscous: ti.template(),
         first,
     ):
+        still = 1
         for island in range(island_count(contact)):
             if first == 1 or system.stats[island * STATS + NEXT] == MEASURE:
                 resolve_island(body, boundary, contact, rows, coupling, pairs, system, viscous, island, first)
+                if system.stats[island * STATS + TODO] != DONE:
+                    still = 0
+        return still
 
     return resolve
