@@ -54,8 +54,8 @@ from .control import (
 )
 from .damping_tangent import make_damping_tangent
 from .massless_node import (
+    along,
     balance,
-    basis_of,
     block_of,
     constraint_violation,
     constraints,
@@ -130,7 +130,7 @@ def measure_node(
     force, magnitude = collect(body, contact, k)
     if ti.static(contact.options.viscous):
         force += viscous_force(body, viscous, k)
-    right = basis_of(contact.basis, k, block).transpose() @ (row(boundary.load, k) - force)
+    right = along(contact, k, row(boundary.load, k) - force)
     for j in ti.static(range(block)):
         system.right[j * stride + k] = right[j]
     return magnitude
@@ -149,12 +149,11 @@ def assemble_node(
     """Set the constraints of node k; return its residual [N] with the right side, of pairs T^t times it."""
     block, slots = ti.static(contact.options.block, contact.options.slots)
     stride = system.stiffness.shape[0]
-    b = basis_of(contact.basis, k, block)
-    normals, gaps = constraints(rows, k, b, block, slots)
+    normals, gaps = constraints(contact, rows, k, block, slots)
     out_of_balance = 0.0 - entries(system.right, k, stride, 0, block)
     residual = 0.0
     if ti.static(contact.options.static_friction):
-        out_of_balance = out_of_balance - b.transpose() @ sum_of_rows(rows, k, rows.at.traction)
+        out_of_balance = out_of_balance - along(contact, k, sum_of_rows(rows, k, rows.at.traction))
         pressing, _rest = balance(out_of_balance, normals, contact.active[k], block, slots)
         residual = measure_slip(body, boundary, contact, rows, coupling, k, pressing)
     rest = unbalanced(out_of_balance, normals, gaps, contact.active[k], contact.compliance[k], block, slots)

@@ -39,7 +39,7 @@ from .control import (
     SWEEPS,
     goals,
 )
-from .massless_node import basis_of, entries, settle, square
+from .massless_node import entries, in_space, settle, square
 from .neighbours import forces_at, neighbour_forces
 from .rubbing import begin_rubbing, end_rubbing, rub_pack
 from .sliding import update_with_friction
@@ -318,7 +318,7 @@ def move(u: ti.template(), contact: ti.template(), system: ti.template(), island
     part = ti.min(1.0, system.settings[island * SETTINGS + REACH] / ti.max(longest, 1e-300))
     for turn in range(turns(contact, count)):
         k = begin + item(contact, turn)
-        step = part * (basis_of(contact.basis, k, block) @ entries(system.increment, k, stride, 0, block))
+        step = part * in_space(contact, k, entries(system.increment, k, stride, 0, block))
         for j in ti.static(range(3)):
             place = 3 * contact.nodes[k] + j
             u[place] = u[place] + step[j]
