@@ -10,6 +10,7 @@ import pytest
 from scenes import simulate, state_of, thrown
 
 import tcontact as tc
+from tcontact.device import arrays
 from tcontact.planning.body_plan import SMALL
 from tcontact.planning.planning import plan
 
@@ -71,6 +72,35 @@ def test_few_contact_cells_on_one_thread_give_the_same(name, small):
     one, other = results
     assert np.abs(one.history["contact_force"]).max() > 0.0
     assert np.abs(one.position - other.position).max() <= 1e-12 * 0.2
+
+
+@pytest.mark.parametrize("on", [False, True])
+def test_what_is_known_of_contact_cells_changes_no_bit(small, on):
+    """A pass takes the forces of the last measure where no node has moved since, and none that a product left."""
+    small(on)
+    mesh = tc.box_mesh(size=(0.2,) * 3, cells=(3, 3, 3))
+    rubber = tc.NeoHookean(1e7, 0.3, 1000.0)
+    body = tc.Body(mesh, rubber, velocity=(0.0, 0.0, -2.0), contact="zmin")
+    scene = tc.Scene([body], [tc.Plane()], 1.0, contact=tc.MasslessContact(removal="normal"))
+    dt, steps, ends = 2e-4, 30, []
+    trial = arrays.put(np.random.default_rng(0).uniform(-1e-3, 1e-3, 3 * len(mesh.nodes)))
+    for way in ("known", "forgotten", "after products"):
+        state = state_of(scene, plan(scene).bodies[0], velocity=body.initial_velocity)
+        force, rows, known = state.internal_force, [], 0
+        state.begin_contact(dt)
+        for n in range(steps):
+            if way == "forgotten":
+                force.surface_known = False
+            if way == "after products":
+                force.without_boundary().minus_force(trial, arrays.zeros(3 * len(mesh.nodes)))
+            known += force.surface_known
+            state.advance(dt / 2, dt / 2, dt, n * dt, (dt if n else 0.0, dt))
+            rows.append(state.rows(np.array([n * dt])))
+        ends.append((np.array(arrays.get(state.u)), np.array(rows)))
+        assert (known > steps // 3) is (way == "known")
+    for u, rows in ends[1:]:
+        assert np.array_equal(u, ends[0][0])
+        assert np.array_equal(rows, ends[0][1])
 
 
 def test_frames_come_at_the_same_times(small, tmp_path):

@@ -321,6 +321,11 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
     return block_phase
 
 
+def only_places_matter(kinds: tuple[tuple[str, str], ...]) -> bool:
+    """Return whether the force of these kinds of cells (without viscosity) is a function of their nodes alone."""
+    return not any(LAWS[law].state or elements.FUNCTIONS[kind].averaged for kind, law in kinds)
+
+
 @functools.cache
 def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool, cornered: bool, mixed: bool = False):
     """Return cell_phase(first, end, body, stride, commit), the force pass over chunks first..end; memoised.
@@ -351,7 +356,8 @@ def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool, cornered:
             if s % stride == 0:
                 chunk = first + s // stride
                 if ti.static(cornered):
-                    if first == 0:  # in turns, so that threads that take half of the loop each take half of the work
+                    # in turns, so that threads that take half of the loop each take half of the work
+                    if first == 0 and end == int(body.params[CHUNK_COUNT]):
                         chunk = chunk // 2 + chunk % 2 * (end // 2)
                 table = chunk * (count + 3)
                 base, own = 3 * body.chunk_table[table + count + 1], body.chunk_table[table + count + 2]

@@ -231,7 +231,7 @@ class ContactOptions(NamedTuple):
     shapes: of the obstacles; moving: they move; tracked: their loads are summed up; friction: "", "coulomb" or
     "regularized"; layered: friction layers limit it; kick_friction: it acts on components with mass; viscous: the
     contact cells are viscous; projected: MPRGP solves instead of the sweeps; coupled: bodies are in contact with each
-    other; plain: the basis of every massless node is the identity (asked for with coupled bodies only); varied: the
+    other; plain: the basis of every massless node is the identity; varied: the
     coefficients of friction of the rows change in the run; recorded: slip and friction work of every node are summed up
     for frames (friction_record.py); free: some obstacles move freely; posed: the host places others for every step;
     threads: that share the loops (threads.py); shared: ranks share the static solve, whose phases the host launches

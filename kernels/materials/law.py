@@ -23,12 +23,14 @@ class Tangent(NamedTuple):
     """Functions of one part of A_ab = G_a . d2W/dF dF . G_b, the stiffness between two corners with G = grad N.
 
     point(F, parameters, pressure[, old]) -> data; corner(data, G_a) -> a; pair(data, G_a, G_b, a, b) -> A_ab [3, 3].
-    pressure: of the cell if it has one volume change, with parameters[0] = 0; else 0.
+    pressure: of the cell if it has one volume change, with parameters[0] = 0; else 0. form: names what the data of a
+    `tangent_form` holds, "rest" or "plain"; "" of another tangent.
     """
 
     point: Any
     corner: Any
     pair: Any
+    form: str = ""
 
 
 class StepLaw(NamedTuple):
@@ -136,4 +138,6 @@ def tangent_form(point: Any, rest: bool = False) -> Tangent:
 
     point(F, parameters, pressure) -> [M, T, c1, c2[, R]]; rest: with R.
     """
-    return Tangent(point, moved_corner, pair_with_rest if rest else pair_of_form)
+    if rest:
+        return Tangent(point, moved_corner, pair_with_rest, "rest")
+    return Tangent(point, moved_corner, pair_of_form, "plain")

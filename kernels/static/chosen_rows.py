@@ -14,7 +14,7 @@ from ..engine import ti
 from ..node_places import PLACES
 from ..pair_places import SQUEEZED
 from .control import REACH
-from .massless_node import basis_of, constraints, entries
+from .massless_node import constraints, entries
 from .several_bounds import row_of
 
 INDEPENDENT = 0.05  # sine of the angle between a normal and those taken before it, below which its row is left out
@@ -29,7 +29,7 @@ def choose_rows(contact: ti.template(), rows: ti.template(), system: ti.template
     """Set the normals and gaps of the rows of node k that enter its linear problem, nearest first, and its lift."""
     block, slots, bounds = ti.static(contact.options.block, contact.options.slots, contact.options.bounds)
     stride = system.stiffness.shape[0]
-    normals, gaps = constraints(rows, k, basis_of(contact.basis, k, block), block, slots)
+    normals, gaps = constraints(contact, rows, k, block, slots)
     directions = ti.Matrix.zero(ti.f64, bounds, block)  # orthonormal, of the rows taken
     taken = ti.Vector([-1 for _ in range(bounds)])
     for i in ti.static(range(bounds)):
@@ -106,7 +106,7 @@ def find_squeezed(coupling: ti.template(), contact: ti.template(), rows: ti.temp
     block, slots, bounds = ti.static(contact.options.block, contact.options.slots, contact.options.bounds)
     reach = system.settings[REACH]
     for k in range(node_count(contact)):
-        normals, gaps = constraints(rows, k, basis_of(contact.basis, k, block), block, slots)
+        normals, gaps = constraints(contact, rows, k, block, slots)
         if gaps.min() < 0.0 - DEEP * reach:
             choose_rows(contact, rows, system, k, reach)
             nearest = row_of(contact, system, k, 0, block)

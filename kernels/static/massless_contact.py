@@ -19,7 +19,7 @@ from ..language.entries import row
 from ..language.threads import item, leader, meet, over_threads, turns
 from ..pair_places import ROWS, SLAVES
 from .control import F_REF, LEFT, LINEAR, SETTINGS, STALE, STATS, SWEEPS, TOLERANCE
-from .massless_node import balance, basis_of, constraint_violation, constraints, largest, segment
+from .massless_node import along, balance, constraint_violation, constraints, in_space, largest, segment
 from .sliding import friction_limit
 
 # the last solve of a step is not measured before the next step: a tangent that left more than this ratio of the
@@ -42,11 +42,9 @@ def predict(body: ti.template(), contact: ti.template(), ratio, fall):
 def predict_node(body: ti.template(), contact: ti.template(), ratio, fall, k):
     """Predict the massless components of node k."""
     block = ti.static(contact.options.block)
-    b = basis_of(contact.basis, k, block)
-    now = b.transpose() @ row(body.u, contact.nodes[k])
-    move_node(
-        body, contact, k, b @ (ratio * (now - segment(contact.displacement_before, k, block)) + b.transpose() @ fall)
-    )
+    now = along(contact, k, row(body.u, contact.nodes[k]))
+    step = ratio * (now - segment(contact.displacement_before, k, block)) + along(contact, k, fall)
+    move_node(body, contact, k, in_space(contact, k, step))
     for j in ti.static(range(block)):
         contact.displacement_before[k * block + j] = now[j]
 
@@ -63,13 +61,12 @@ def move_out(body: ti.template(), contact: ti.template(), rows: ti.template()):
 def move_node_out(body: ti.template(), contact: ti.template(), rows: ti.template(), k):
     """Move node k until no row of it has a negative gap."""
     block, slots = ti.static(contact.options.block, contact.options.slots)
-    b = basis_of(contact.basis, k, block)
-    normals, gaps = constraints(rows, k, b, block, slots)
+    normals, gaps = constraints(contact, rows, k, block, slots)
     if gaps.min() < 0.0:
         free = ti.Vector.zero(ti.f64, block)
         identity = ti.Matrix.identity(ti.f64, block)
         lengths = multipliers(free, normals, gaps, identity, 0.0, slots)
-        move_node(body, contact, k, b @ (normals.transpose() @ lengths))
+        move_node(body, contact, k, in_space(contact, k, normals.transpose() @ lengths))
 
 
 @ti.func
@@ -153,11 +150,10 @@ def massless_load_node(
 ):
     """Set the row forces of node k; return the energy of its penalty [J] and its largest unbalanced force [N]."""
     block, slots = ti.static(contact.options.block, contact.options.slots)
-    b = basis_of(contact.basis, k, block)
-    normals, gaps = constraints(rows, k, b, block, slots)
-    out_of_balance = b.transpose() @ (row(body.special_force, k) - row(boundary.load, k))
+    normals, gaps = constraints(contact, rows, k, block, slots)
+    out_of_balance = along(contact, k, row(body.special_force, k) - row(boundary.load, k))
     if ti.static(contact.options.static_friction):
-        out_of_balance = out_of_balance - b.transpose() @ sum_of_rows(rows, k, rows.at.traction)
+        out_of_balance = out_of_balance - along(contact, k, sum_of_rows(rows, k, rows.at.traction))
     pressing, rest = balance(out_of_balance, normals, contact.active[k], block, slots)
     off = system.stiffness[k] * constraint_violation(contact, rows, k, gaps, pressing, slots)
     energy = 0.0
@@ -172,18 +168,18 @@ def massless_load_node(
                 force += friction
             energy += 0.5 * contact.compliance[k] * pressing[p] * pressing[p]
         elif ti.static(contact.options.static_friction):
-            rest += b.transpose() @ vector_of(rows, k * slots + p, rows.at.traction)
+            rest += along(contact, k, vector_of(rows, k * slots + p, rows.at.traction))
         set_vector(rows, r, rows.at.force, force)
         if ti.static(rows.at.pressing >= 0):
             set_number(rows, k * slots + p, rows.at.pressing, pressing[p])
     begin, end = contact.residual_receivers[k], contact.residual_receivers[k + 1]
-    share = b @ rest
+    share = in_space(contact, k, rest)
     if ti.static(not contact.options.shared):
         share = share / ti.max(1.0, float(end - begin))
     if ti.static(contact.options.threads > 1 or contact.options.shared):  # the receivers add up the shares afterwards
         for j in ti.static(range(3)):
             contact.residual_shares[3 * k + j] = share[j]
-    else:
+    elif largest(share) > 0.0:  # where only normal components are massless, a closed node leaves nothing
         for i in range(begin, end):
             for j in ti.static(range(3)):
                 place = 3 * contact.residual_receivers[i] + j

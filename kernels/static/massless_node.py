@@ -19,6 +19,24 @@ def basis_of(basis: ti.template(), k, block: ti.template()):
 
 
 @ti.func
+def along(contact: ti.template(), k, vector):
+    """Return the massless components B^t v [block] of a vector [3] at node k."""
+    if ti.static(contact.options.plain):
+        return vector
+    else:
+        return basis_of(contact.basis, k, ti.static(contact.options.block)).transpose() @ vector
+
+
+@ti.func
+def in_space(contact: ti.template(), k, components):
+    """Return the vector B d [3] of massless components d [block] of node k."""
+    if ti.static(contact.options.plain):
+        return components
+    else:
+        return basis_of(contact.basis, k, ti.static(contact.options.block)) @ components
+
+
+@ti.func
 def block_of(values: ti.template(), e, block: ti.template()):
     """Return matrix e [block, block] out of values [e, row, column]."""
     return ti.Matrix(
@@ -47,13 +65,13 @@ def square(values: ti.template(), k, stride, block: ti.template()):
 
 
 @ti.func
-def constraints(rows: ti.template(), k, b, block: ti.template(), slots: ti.template()):
+def constraints(contact: ti.template(), rows: ti.template(), k, block: ti.template(), slots: ti.template()):
     """Return normals [slots, block] in massless components and gaps [slots]; a row without force there has gap 1."""
     normals = ti.Matrix.zero(ti.f64, slots, block)
     gaps = ti.Vector.one(ti.f64, slots)
     for p in ti.static(range(slots)):
         r = k * slots + p
-        reduced = b.transpose() @ normal_of(rows, r)
+        reduced = along(contact, k, normal_of(rows, r))
         if reduced.norm() >= SHORT:
             gaps[p] = number_of(rows, r, rows.at.gap)
             for j in ti.static(range(block)):

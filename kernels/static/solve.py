@@ -54,8 +54,8 @@ from .control import (
 )
 from .damping_tangent import make_damping_tangent
 from .massless_node import (
+    along,
     balance,
-    basis_of,
     block_of,
     constraint_violation,
     constraints,
@@ -149,7 +149,7 @@ def set_right(boundary: ti.template(), contact: ti.template(), system: ti.templa
     """Set the right side B^t (f_ext - f) of node k; force [3] [N]: f."""
     block = ti.static(contact.options.block)
     stride = system.stiffness.shape[0]
-    right = basis_of(contact.basis, k, block).transpose() @ (row(boundary.load, k) - force)
+    right = along(contact, k, row(boundary.load, k) - force)
     for j in ti.static(range(block)):
         system.right[j * stride + k] = right[j]
 
@@ -167,12 +167,11 @@ def assemble_node(
     """Set the constraints of node k; return its residual [N] with the right side, of pairs T^t times it."""
     block, slots = ti.static(contact.options.block, contact.options.slots)
     stride = system.stiffness.shape[0]
-    b = basis_of(contact.basis, k, block)
-    normals, gaps = constraints(rows, k, b, block, slots)
+    normals, gaps = constraints(contact, rows, k, block, slots)
     out_of_balance = 0.0 - entries(system.right, k, stride, 0, block)
     residual = 0.0
     if ti.static(contact.options.static_friction):
-        out_of_balance = out_of_balance - b.transpose() @ sum_of_rows(rows, k, rows.at.traction)
+        out_of_balance = out_of_balance - along(contact, k, sum_of_rows(rows, k, rows.at.traction))
         pressing, _rest = balance(out_of_balance, normals, contact.active[k], block, slots)
         residual = measure_slip(body, boundary, contact, rows, coupling, k, pressing)
     rest = unbalanced(out_of_balance, normals, gaps, contact.active[k], contact.compliance[k], block, slots)
@@ -367,9 +366,9 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, th
     """Return resolve(body, boundary, contact, rows, coupling, pairs, system, viscous, first), memoised.
 
     It does one iteration of the static solve of every island. It is called after each force pass over the contact
-    cells, with the rows filled at the present state; stats[NEXT] says which islands need another pass. first: 1 at the
-    first call of a time step; viscous: data of viscous contact cells (cell_viscosity.py); plain: every basis is the
-    identity; threads: `ContactOptions.threads`.
+    cells, with the rows filled at the present state; stats[NEXT] says which islands need another pass. It returns 1 if
+    no node has moved since that pass, else 0. first: 1 at the first call of a time step; viscous: data of viscous
+    contact cells (cell_viscosity.py); plain: every basis is the identity; threads: `ContactOptions.threads`.
     """
     linearise = make_linearise(cells, block, plain, threads)
 
@@ -438,8 +437,12 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, th
         viscous: ti.template(),
         first,
     ):
+        still = 1
         for island in range(island_count(contact)):
             if first == 1 or system.stats[island * STATS + NEXT] == MEASURE:
                 resolve_island(body, boundary, contact, rows, coupling, pairs, system, viscous, island, first)
+                if system.stats[island * STATS + TODO] != DONE:
+                    still = 0
+        return still
 
     return resolve

@@ -30,10 +30,13 @@ from ..lanes import (
 from ..language.bundles import Contact, ContactOptions
 from ..language.entries import row
 from ..language.point_memory import constants_of, mean_of_points, tangent_at
+from ..language.tensor3 import cofactor, determinant, plus_identity, product_transposed
 from ..language.threads import item, turns
+from ..language.vectors import load
 from ..materials import LAWS
 from .averaged_tangent import cell_pressure, store_spread
 from .massless_node import basis_of
+from .points_in_lanes import get_three, gradient, inner, numbers_of, pair_value, put_three, slopes_of, times
 
 MAXIMUM_CORNERS = 8
 
@@ -107,7 +110,34 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool, threads: 
     functions, width = FUNCTIONS[kind], WIDTH
     mean, corners, cell_memory = functions.tangent == "mean-dilatation", functions.corners, functions.points * size
     averaged = functions.averaged
+    in_lanes = threads == 1 and functions.points == width and all(part.form for part in parts)
     apart = mean or averaged  # the volume change enters apart from the points
+
+    @ti.func
+    def all_points(
+        body: ti.template(), basis: ti.template(), pairs: ti.template(), at, first, gradients, cell, place, at_points,
+        pressure,
+    ):  # fmt: skip
+        found = slopes_of(body, pairs, first, gradients, corners)
+        minors = cofactor(found[0])
+        volume = determinant(found[0], minors)
+        h = product_transposed(found[1], minors)
+        f = plus_identity([[h[i][j] / volume for j in range(3)] for i in range(3)], 1.0)
+        weight = ti.sqrt(load(pairs.shape_gradients, pairs.blocks[at + WEIGHTS_AT], width) * volume) / volume
+        slopes, moved = ti.Vector.zero(ti.f64, 3 * corners * width), ti.Vector.zero(ti.f64, 3 * corners * width)
+        for part in ti.static(parts):
+            rest = ti.static(part.form == "rest")
+            numbers = numbers_of(part, f, at_points, pressure, body, place, size, rest)
+            for a in range(corners):
+                shape = gradient(pairs, gradients, corners, a)
+                g = [weight * inner(minors[i], shape) for i in range(3)]
+                put_three(slopes, a, g)
+                put_three(moved, a, times(numbers, 0, g))
+            for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
+                ga, gb = get_three(slopes, left), get_three(slopes, right)
+                value = pair_value(numbers, ga, gb, get_three(moved, left), get_three(moved, right), rest)
+                add_pair(pairs, basis, p, value, block, plain)
 
     @ti.func
     def tangent_of_cell(
@@ -146,25 +176,30 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool, threads: 
             for p in range(pairs.start[cell], pairs.start[cell + 1]):
                 left, right = row(spread, pairs.corners[2 * p]), row(spread, pairs.corners[2 * p + 1])
                 add_pair(pairs, basis, p, (stiff / reference * left).outer_product(right), block, plain)
-        for q in range(pairs.blocks[at + POINTS]):
-            jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
-            inverse = jacobian.inverse()
-            # A_ab is linear in G_a and in G_b: each takes the root of the weight
-            weight = pairs.shape_gradients[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
-            turned = ti.sqrt(weight) * inverse.transpose()
-            f = ti.Matrix.identity(ti.f64, 3) + slope @ inverse
-            for part in ti.static(parts):
-                data = tangent_at(part, f, at_points, pressure, body, place, q, size, width)
-                for a in range(corners):
-                    g = turned @ row(pairs.shape_gradients, gradients + q * corners + a)
-                    mg = part.corner(data, g)
-                    for j in ti.static(range(3)):
-                        slopes[3 * a + j] = g[j]
-                        moved[3 * a + j] = mg[j]
-                for p in range(pairs.start[cell], pairs.start[cell + 1]):
-                    left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
-                    value = part.pair(data, row(slopes, left), row(slopes, right), row(moved, left), row(moved, right))
-                    add_pair(pairs, basis, p, value, block, plain)
+        if ti.static(in_lanes):
+            all_points(body, basis, pairs, at, first, gradients, cell, place, at_points, pressure)
+        else:
+            for q in range(pairs.blocks[at + POINTS]):
+                jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
+                inverse = jacobian.inverse()
+                # A_ab is linear in G_a and in G_b: each takes the root of the weight
+                weight = pairs.shape_gradients[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
+                turned = ti.sqrt(weight) * inverse.transpose()
+                f = ti.Matrix.identity(ti.f64, 3) + slope @ inverse
+                for part in ti.static(parts):
+                    data = tangent_at(part, f, at_points, pressure, body, place, q, size, width)
+                    for a in range(corners):
+                        g = turned @ row(pairs.shape_gradients, gradients + q * corners + a)
+                        mg = part.corner(data, g)
+                        for j in ti.static(range(3)):
+                            slopes[3 * a + j] = g[j]
+                            moved[3 * a + j] = mg[j]
+                    for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                        left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
+                        value = part.pair(
+                            data, row(slopes, left), row(slopes, right), row(moved, left), row(moved, right)
+                        )
+                        add_pair(pairs, basis, p, value, block, plain)
 
     @ti.func
     def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):

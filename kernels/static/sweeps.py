@@ -39,7 +39,7 @@ from .control import (
     SWEEPS,
     goals,
 )
-from .massless_node import basis_of, entries, settle, square
+from .massless_node import entries, in_space, settle, square
 from .neighbours import forces_at, neighbour_forces
 from .rubbing import begin_rubbing, end_rubbing, rub_pack
 from .sliding import update_with_friction
@@ -352,7 +352,7 @@ def move_by(u: ti.template(), contact: ti.template(), system: ti.template(), isl
     stride, begin = system.stiffness.shape[0], first_node(contact, island)
     for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
         k = begin + item(contact, turn)
-        step = part * (basis_of(contact.basis, k, block) @ entries(system.increment, k, stride, 0, block))
+        step = part * in_space(contact, k, entries(system.increment, k, stride, 0, block))
         for j in ti.static(range(3)):
             place = 3 * contact.nodes[k] + j
             u[place] = u[place] + step[j]

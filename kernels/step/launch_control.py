@@ -9,12 +9,12 @@ from .raw_rows import row_width
 # numbers of `control`: state to start in; rows to do; steps before and after the time level [s]; 1: exact constraint;
 # limits of det F and energy [J] for `suspicious`; rows done; 1: first measure of the static solve; 1: a parallel
 # measure is needed; 1: the friction layers must take their step; limit of the viscous rate [1/s]; 1: the rows of pairs
-# of bodies must be built anew; limit of the number of nodes in contact; behind these, in scenes with loads, 1: the host
-# must compute them
+# of bodies must be built anew; limit of the number of nodes in contact; 1: the forces of the contact cells are those of
+# the present positions; behind these, in scenes with loads, 1: the host must compute them
 START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
 ROWS_DONE, FIRST, WANTS_MEASURE, WANTS_LAYERS = 7, 8, 9, 10
-RATE_LIMIT, WANTS_ROWS, TOUCHING_LIMIT = 11, 12, 13
-CONTROL = WANTS_LOADS = 14
+RATE_LIMIT, WANTS_ROWS, TOUCHING_LIMIT, KNOWN = 11, 12, 13, 14
+CONTROL = WANTS_LOADS = 15
 # states of the loop, and values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
 STOP, VISCOUS, LOADS = 6, 7, 8

@@ -19,12 +19,15 @@ and velocities, the kernel ends there, and is started again at `loads` after the
 The force of viscous contact cells (cell_viscosity.py) is computed before each row and in each measure, here or, if they
 are many, in a parallel pass before the launch; started at `viscous`, the kernel does only that.
 
+Where no node has moved since the last measure, as where all nodes with normal removal stay closed, the next pass leaves
+the contact cells out (control[KNOWN]): their forces are those of the measure, bit for bit.
+
 `control`: launch_control.py. `raw_out` [rows, width]: raw_rows.py.
 """
 
 import functools
 
-from ..cells.cell_phase import keep_places, make_cell_phase
+from ..cells.cell_phase import keep_places, make_cell_phase, only_places_matter
 from ..cells.node_averages import ring_changes
 from ..cells.node_volumes import make_volume_phase
 from ..engine import ti
@@ -43,6 +46,7 @@ from .launch_control import (
     EXACT,
     FIRST,
     KICK,
+    KNOWN,
     LOADS,
     MEASURED,
     PASS,
@@ -103,6 +107,7 @@ def make_serial_step(
     cell_phase = make_cell_phase(cells, viscous, cornered, mixed and passes) if passes or measures else None
     volume_phase = make_volume_phase(cells)
     cell_kinds = len(cells)
+    lasting = contact_model == "massless" and not viscous and only_places_matter(cells)
     plastic = any(LAWS[law].plastic is not None for _, law in cells)
     timed = (viscous and plastic) or any(LAWS[law].rates for _, law in cells)
     # only what the scene needs is imported; Taichi needs the other names to exist
@@ -325,7 +330,12 @@ def make_serial_step(
                         first_chunk = ti.select(state == MEASURED, ordinary, 0)
                         if ti.static(body.averaged):
                             volume_phase(first_chunk, chunks, body, 1, ti.select(state == MEASURED, 0, 1))
-                        cell_phase(first_chunk, chunks, body, 1, ti.select(state == PASS, 1, 0))
+                        end_chunk = chunks
+                        if ti.static(lasting):
+                            if state == PASS and control[KNOWN] == 1.0:
+                                end_chunk = ordinary
+                            control[KNOWN] = 0.0
+                        cell_phase(first_chunk, end_chunk, body, 1, ti.select(state == PASS, 1, 0))
                 if ti.static(passes):
                     if state == PASS or state == PRODUCT:
                         node_phase(body, ordinary, cell_kinds, 1, damped, cornered)
@@ -397,7 +407,11 @@ def make_serial_step(
                             if ti.static(varied and solve_has_friction):
                                 here = contact.friction[STEP]
                                 set_coefficients(body, boundary, obstacles, rows, coupling, contact, 0, 0, here)
-                            resolve(body, boundary, contact, rows, coupling, pairs, system, viscous_cells, first)
+                            still = resolve(
+                                body, boundary, contact, rows, coupling, pairs, system, viscous_cells, first
+                            )
+                            if ti.static(lasting):
+                                control[KNOWN] = float(still)
                             first = 0
                             if any_island(stats, NEXT, MEASURE) == 1:
                                 again = 1

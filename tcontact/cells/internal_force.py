@@ -82,6 +82,7 @@ class InternalForce:
             arrays.set_values(self.bulk_viscosity, np.array([float(packs.first_contact_lane)]))
         signature, cornered = signature_of({"body": self.bundle()}), self.corner_rows is not None
         self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered)
+        self._kept = [False]  # whether the contact cells have their forces at the present u; shared with the products
         self.kernel: Callable[..., None] = Prepared(self.step)
         self._measure = Prepared(self.step)
 
@@ -105,7 +106,18 @@ class InternalForce:
         before [s]: the step that ends at u.
         """
         self.set_steps(kick_before, kick_after, drift, loaded=loaded, before=before)
-        self.kernel(0, self.packs.all_chunks, self.chunks, *self._commit(loaded), *self.arguments(u, v))
+        end = self.chunks if loaded and self.surface_known else self.packs.all_chunks
+        self.surface_known = False
+        self.kernel(0, end, self.chunks, *self._commit(loaded), *self.arguments(u, v))
+
+    @property
+    def surface_known(self) -> bool:
+        """Whether the corner forces and sums of the contact cells are those of the present u; any pass forgets it."""
+        return self._kept[0]
+
+    @surface_known.setter
+    def surface_known(self, known: bool) -> None:
+        self._kept[0] = known
 
     def measure_surface(self, u: arrays.Array, v: arrays.Array) -> None:
         """Compute the corner forces dW/du of the contact cells at u into their rows; nothing moves."""

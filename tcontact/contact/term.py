@@ -99,7 +99,7 @@ class ContactTerm:
             self.viscous,
             self.projected,
             self.pairs is not None,
-            self.plain and self.pairs is not None,
+            self.plain,
             friction is not None and friction.varied,
             friction is not None and friction.recorded,
             obstacles.free and self.kernel != "gaps",

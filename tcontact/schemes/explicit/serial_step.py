@@ -163,6 +163,7 @@ class SerialStep:
             self.rigid.set_limit(rigid_rate)
         control = np.zeros(names.CONTROL + (self.loads is not None))
         control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
+        control[names.KNOWN] = float(self.force.surface_known)
         control[names.FIRST], control[names.RATE_LIMIT], control[names.TOUCHING_LIMIT] = 1.0, viscous_rate, touching
         if start == names.BOUNDARY and self.cells is not None and self.cells.launch is not None:
             self.cells.set_rate(1.0 / before if before > 0.0 else 0.0)
@@ -214,7 +215,9 @@ class SerialStep:
                 self._parts = (*self._parts[:first], *rows, *self._parts[first + len(rows) :])
         arrays.set_values(self.control, control)
         self._launch(*self.force.arguments(u, v), *self._parts)
-        return arrays.get(self.control)
+        left = arrays.get(self.control)
+        self.force.surface_known = bool(left[self.names.KNOWN] == 1.0)
+        return left
 
     def _samples(self, sensors: Sensors | None) -> arrays.Array | None:
         """Return the array of samples (kernels/step/samples.py); None where the host samples single rows."""

@@ -271,6 +271,8 @@ class DomainState:
             before = steps[0] if number == 0 else steps[1]
             if self.sensors is not None:
                 self.sensors.take(number, self.u, self.v)
+            if self.exchange is not None:  # nodes that another process has a copy of may have moved
+                force.surface_known = False
             force.advance(self.u, self.v, kick_before, kick_after, drift, before=before)
             if self.exchange is not None:
                 self.exchange(force.special_force)
