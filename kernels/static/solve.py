@@ -129,7 +129,7 @@ def measure_node(
     stride = system.stiffness.shape[0]
     force, magnitude = collect(body, contact, k)
     if ti.static(contact.options.viscous):
-        force += viscous_force(body, viscous, k)
+        force += viscous_force(body, contact, viscous, k)
     right = basis_of(contact.basis, k, block).transpose() @ (row(boundary.load, k) - force)
     for j in ti.static(range(block)):
         system.right[j * stride + k] = right[j]
@@ -304,7 +304,7 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, th
         for kind, law in cells
     ]
     viscous_tangents = [make_viscous_tangent(kind, block, plain) for kind, _law in cells]
-    dampings = [make_damping_tangent(kind, block, plain) for kind, _law in cells]
+    dampings = [make_damping_tangent(kind, block, plain, threads) for kind, _law in cells]
     metals = [LAWS[law].plastic is not None for _kind, law in cells]
 
     @ti.func
@@ -346,9 +346,10 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, th
                         if ti.static(contact.options.viscous and metals[i]):
                             dampings[i](body, contact.basis, pairs, viscous, number)
                         elif ti.static(contact.options.viscous):
-                            stiffen(pairs, viscous, block, number)
+                            stiffen(pairs, contact, viscous, block, number)
             if ti.static(contact.options.viscous):
-                stats[at + VISCOUS_RATE] = viscous[RATE]
+                if leader(contact) == 1:
+                    stats[at + VISCOUS_RATE] = viscous[RATE]
             elif ti.static(body.viscous_metal):
                 stats[at + VISCOUS_RATE] = body.params[STEP]
             meet(contact)
