@@ -9,6 +9,9 @@ from oracle import meshes
 from scenes import block, wall
 
 import tcontact as tc
+from tcontact.device import arrays
+from tcontact.planning.planning import plan
+from tcontact.schemes.explicit.stable_step import StableStep
 
 TURN = meshes.rotation(17)
 LAW = tc.NeoHookean(2.3e7, 0.3, 1350.0)
@@ -32,6 +35,12 @@ def rising(obstacle, speed):
     return dataclasses.replace(obstacle, velocity=(0.0, 0.0, speed))
 
 
+def loaded(scene, *loads):
+    """The scene with loads on its first body."""
+    first, *others = scene.bodies
+    return dataclasses.replace(scene, bodies=[dataclasses.replace(first, loads=loads), *others])
+
+
 def normal():
     """Normal removal, with gravity and damping."""
     scene, scheme = thrown(block(cells=(4, 3, 3), shake=0.1), removal="normal")
@@ -40,8 +49,9 @@ def normal():
 
 
 def full():
-    """Full removal, edge first, in tets."""
-    return thrown(block("tet4", 3, turn=TURN), removal="full")
+    """Full removal, edge first, in tets under a pressure that varies."""
+    scene, scheme = thrown(block("tet4", 3, turn=TURN), removal="full")
+    return loaded(scene, tc.Load("zmax", pressure=lambda t: 3e4 * (1.0 + np.sin(900.0 * t)))), scheme
 
 
 def linear():
@@ -65,19 +75,24 @@ def ball():
 
 
 def forged():
-    """A metal that flows at a plane."""
-    return thrown(block(cells=3, shake=0.1), METAL, 60.0, formulation="mean-dilatation", duration=3e-4)
+    """A metal that flows and slides at a plane, with viscous contact cells."""
+    options = {"formulation": "mean-dilatation", "removal": "normal", "friction": tc.Coulomb(0.1)}
+    return thrown(block(cells=3, shake=0.1), METAL, 60.0, duration=3e-4, **options)
 
 
 def corner():
-    """A corner of two planes, whose loads are columns of their own, and supports that functions of time move."""
+    """A corner of two planes, whose loads are columns of their own, and supports that functions of time move.
+
+    A pressure and a traction act, the latter on nodes in contact too.
+    """
     mesh = block(cells=(3, 3, 4), shake=0.1)
     top = tc.Support("zmax", "yz", displacement=lambda t: (1e-3 * np.sin(600.0 * t), -4.0 * t - 200.0 * t**2))
     side = tc.Support("xmax", "x", velocity=lambda t: -4.0 * np.cos(900.0 * t))
     body = tc.Body(mesh, LAW, (-SPEED, 0.0, -SPEED), supports=[top, side], contact=["zmin", "xmin"])
     walls = [wall(mesh, DOWN, 2e-3), wall(mesh, [1.0, 0.0, 0.0], 4e-3)]
     scene = tc.Scene([body], walls, 8e-3, contact=tc.MasslessContact(removal="full"))
-    return scene, tc.CentralDifference(cfl=0.6)
+    loads = tc.Load("ymax", pressure=2e4), tc.Load("zmin", traction=(1e4, -2e4, 5e3))
+    return loaded(scene, *loads), tc.CentralDifference(cfl=0.6)
 
 
 def sagged():
@@ -122,11 +137,16 @@ def crept():
 
 
 def slowed():
-    """Friction of the kick, that falls with the slip speed up to a largest shear stress, with gravity and damping."""
+    """Friction of the kick, that falls with the slip speed up to a largest shear stress, with gravity and damping.
+
+    The contact cells are viscous, as with all such scenes unless told otherwise: hexes, and tets of the linear law.
+    """
     law = tc.Coulomb(static=0.4, kinetic=0.1, decay=2.0, limit=2e5)
-    scene, scheme = thrown(block(cells=3, shake=0.1), removal="normal", cell_viscosity=0.0)
+    scene, scheme = thrown(block(cells=3, shake=0.1), removal="normal")
+    tets, linear = block("tet4", 3, shift=(0.5, 0.0, 0.0)), tc.LinearElastic(2.3e7, 0.3, 1350.0)
+    bodies = [*scene.bodies, tc.Body(tets, linear, (2.0, 0.0, -SPEED), contact=["zmin"], name="tets")]
     parts = {"gravity": (0.0, 0.0, -9.81), "damping": tc.MassDamping(rate=20.0), "friction": law}
-    return tc.Scene(scene.bodies, scene.obstacles, 8e-3, contact=scene.contact, **parts), scheme
+    return tc.Scene(bodies, scene.obstacles, 8e-3, contact=scene.contact, **parts), scheme
 
 
 def pressed():
@@ -152,10 +172,11 @@ def repelled():
 
 
 def struck():
-    """Contact by impulses with a slanted plane that moves, with friction."""
+    """Contact by impulses with a slanted plane that moves, with friction; the pressure varies from face to face."""
     scene, scheme = wedged()
     options = {"contact": tc.ImpulseContact(), "friction": tc.Coulomb(0.1)}
-    return tc.Scene(scene.bodies, [rising(scene.obstacles[1], 2.0)], 6e-3, **options), scheme
+    scene = tc.Scene(scene.bodies, [rising(scene.obstacles[1], 2.0)], 6e-3, **options)
+    return loaded(scene, tc.Load("zmax", pressure=lambda t, x: 4e4 * np.cos(300.0 * t) + 1e5 * x[:, 0])), scheme
 
 
 def swept():
@@ -180,22 +201,45 @@ def spun():
 
 
 def held():
-    """Supports without contact, one that holds and one that moves, with gravity, damping, springs and dashpots."""
+    """Supports without contact, one that holds and one that moves, with damping, springs and dashpots; gravity and a
+    force are functions of time."""
     supports = [tc.Support("zmax", "xyz"), tc.Support("zmin", "x", velocity=2.0)]
     springs = [tc.Spring("ymin", 2e6, 300.0, to="ymax", rest_length=0.2), tc.Spring("ymax", 1e6, 200.0, axes="yz")]
     body = tc.Body(block(cells=3, shake=0.1), LAW, supports=supports, springs=springs)
-    options = {"contact": None, "gravity": (0.0, 0.0, -9.81), "damping": tc.MassDamping(rate=20.0)}
-    return tc.Scene([body], [], 6e-3, **options), tc.CentralDifference(cfl=0.6)
+    gravity = lambda t: (40.0 * np.sin(500.0 * t), 0.0, -9.81)  # noqa: E731
+    options = {"contact": None, "gravity": gravity, "damping": tc.MassDamping(rate=20.0)}
+    force = tc.Load("xmax", force=lambda t: (300.0 * np.cos(400.0 * t), 0.0, 100.0))
+    return loaded(tc.Scene([body], [], 6e-3, **options), force), tc.CentralDifference(cfl=0.6)
 
 
-FRICTIONLESS = (normal, full, linear, sprung, ball, forged, corner, sagged, crushed, fast, pressed, held)
-WITH_FRICTION = (rubbed, wedged, crept, slowed, repelled, struck, swept, spun)
+FRICTIONLESS = (normal, full, linear, sprung, ball, corner, sagged, crushed, fast, pressed, held)
+WITH_FRICTION = (rubbed, wedged, crept, slowed, forged, repelled, struck, swept, spun)
 RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION)
 SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION}
 
 # those that run with the threads in reversed order too
 REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held")
 COUNTED = ("normal", "wedged", "slowed", "repelled", "swept")  # those whose launches of a block are counted
+
+
+def state_of(name):
+    """Return the state of the one domain of a scene at its start."""
+    scene, scheme = SCENES[name]()
+    zero = [body.initial_displacement for body in scene.bodies]
+    (state,) = scheme.states(scene, plan(scene), zero, [body.initial_velocity for body in scene.bodies])
+    return state
+
+
+def damped_steps(name):
+    """Return the class of the search, and stable steps [2, bodies] [s] with viscous cells: at rest, then displaced."""
+    state, found = state_of(name), []
+    bodies = [StableStep(view.plan, state.scene.obstacles, None, view.viscous_force) for view in state.views]
+    search, start = state.searches(bodies), np.array(arrays.get(state.u))
+    move = 0.002 * np.random.default_rng(7).normal(size=start.size)
+    for u in (start, start + move):
+        search.estimate(arrays.put(u))
+        found.append([body.damped for body in bodies])
+    return type(search).__name__, np.array(found)
 
 
 def run(name, arch):

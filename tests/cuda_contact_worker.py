@@ -14,17 +14,12 @@ import cuda_contact_scenes
 
 from tcontact.device import runtime
 from tcontact.kernels.lanes import DEVICE_ROWS
-from tcontact.planning.planning import plan
 from tcontact.schemes.explicit.device_contact import DeviceContactSteps
 
 
 def state_of(name: str):
     """Return the state of a scene at its start, and its first step [s]."""
-    scene, scheme = cuda_contact_scenes.SCENES[name]()
-    planned = plan(scene)
-    zero = [body.initial_displacement for body in scene.bodies]
-    (state,) = scheme.states(scene, planned, zero, [body.initial_velocity for body in scene.bodies])
-    step = 2e-5
+    state, step = cuda_contact_scenes.state_of(name), 2e-5
     state.begin_contact(step)
     return state, step
 
@@ -75,6 +70,9 @@ def main(out: str) -> None:
     """Run everything and store it."""
     runtime.start("cuda")
     found = {f"{name}/calls": np.array(calls_of_a_block(name)) for name in cuda_contact_scenes.COUNTED}
+    found["search/class"], found["search/damped"] = (
+        np.array(part) for part in cuda_contact_scenes.damped_steps("slowed")
+    )
     reverse = "FAKE_CUDA_REVERSE" in os.environ
     for name in cuda_contact_scenes.REVERSED if reverse else cuda_contact_scenes.SCENES:
         found |= {f"{name}/{key}": value for key, value in cuda_contact_scenes.run(name, "cuda").items()}

@@ -72,12 +72,28 @@ def test_friction_takes_energy(found, name):
 
 
 def test_what_is_not_on_the_device_steps_on_the_kernels_of_the_cpu():
-    """Friction layers, and viscous contact cells: normal removal with friction has them unless it is told otherwise."""
+    """Friction layers."""
     block = cuda_contact_scenes.block(cells=3)
     layer = {"material": cuda_contact_scenes.METAL, "friction": tc.FrictionLayer(), "formulation": "mean-dilatation"}
-    for options in (layer, {"removal": "normal", "friction": tc.Coulomb(0.2)}):
-        scene, _scheme = cuda_contact_scenes.thrown(block, **options)
-        assert not any(steps_on_device(scene, domain, "cuda") for domain in plan(scene).domains)
+    scene, _scheme = cuda_contact_scenes.thrown(block, **layer)
+    assert not any(steps_on_device(scene, domain, "cuda") for domain in plan(scene).domains)
+
+
+@pytest.mark.parametrize("name", ["slowed", "forged"])
+def test_viscous_cells_take_energy(found, name):
+    """They are there in scenes of friction with normal removal that say nothing of them."""
+    work = found[f"{name}/history_viscous_work"]
+    assert (np.diff(work) >= -1e-9 * work[-1]).all()
+    assert work[-1] > 1e-5 * found[f"{name}/history_kinetic"][0]
+
+
+def test_stable_steps_with_viscous_cells_are_those_of_the_cpu(found):
+    """The vectors of the search stay on the device; the second search starts from the mode of the first one."""
+    assert found["search/class"] == "DeviceStableSteps"
+    name, expected = cuda_contact_scenes.damped_steps("slowed")
+    assert name == "StableSteps"
+    difference = np.abs(found["search/damped"] / expected - 1.0).max(axis=1)
+    assert (difference <= (1e-9, 1e-7)).all()
 
 
 def test_steps_that_are_short_of_passes_take_those_of_the_next(found):
@@ -102,17 +118,20 @@ def test_threads_in_reversed_order_give_the_same_bits(found, tmp_path):
 
 @pytest.mark.parametrize("name", cuda_contact_scenes.COUNTED)
 def test_a_block_of_rows_launches_three_times_a_step_and_twice_a_pass(found, name):
-    """Also with friction. It copies nothing to the host and never waits; its state is copied on the device at first, in
-    less than a launch a step."""
+    """Once for every kind of cells, once for the nodes and once for the boundary nodes; again for the viscous contact
+    cells of every kind. A block copies nothing to the host and never waits; its state is copied on the device at first,
+    in less than a launch a step."""
     if cuda_device.real():
         pytest.skip("calls of a real driver are not counted")
     lines = str(found[f"{name}/calls"]).splitlines()
     assert {line.split()[0] for line in lines} <= {"launch", "allocasync", "freeasync", "HtoDasync"}
     names = [line.split()[1] for line in lines if line.startswith("launch")]
     steps, passes = (sum(part in name for name in names) for part in ("device_contact_step", "device_pass"))
-    assert steps == 3 * DEVICE_ROWS
-    assert passes % (2 * DEVICE_ROWS) == 0
-    assert 1 <= passes // (2 * DEVICE_ROWS) <= 4 or (passes == 0 and name == "repelled")
+    (domain,) = plan(cuda_contact_scenes.SCENES[name]()[0]).domains
+    kinds = len(domain.kinds)
+    assert steps == (kinds * (1 + domain.viscous_cells) + 2) * DEVICE_ROWS
+    assert passes % ((kinds + 1) * DEVICE_ROWS) == 0
+    assert 1 <= passes // ((kinds + 1) * DEVICE_ROWS) <= 4 or (passes == 0 and name == "repelled")
     assert sum("copy_" in name for name in names) == len(names) - steps - passes < DEVICE_ROWS
 
 

@@ -34,20 +34,43 @@ for kind in sys.argv[2:]:
     force = DeviceForce(domain)
     force.advance(*(arrays.zeros(3 * len(domain.reference)) for _ in range(2)), 0.0, 0.0, 0.0)
 """
+CONTACT = """
+import dataclasses, sys
+import numpy as np
+import tcontact as tc
+from tcontact.device import runtime
+from tcontact.lab.bench.blocks import block
+from tcontact.planning.planning import plan
+runtime.start("cuda")
+scene = block("hex8", "neo-hookean", int(sys.argv[1]), "normal")
+falling = dataclasses.replace(scene.bodies[0], velocity=(0.0, 0.0, -3.0))
+scene = dataclasses.replace(scene, bodies=[falling], friction=tc.Coulomb(0.2) if sys.argv[2] == "friction" else None)
+(state,) = tc.CentralDifference().states(scene, plan(scene), [falling.initial_displacement], [falling.initial_velocity])
+dt = 0.4 * 0.1 / int(sys.argv[1]) / np.sqrt(13.5e6 / 1000.0)
+state.begin_contact(dt)
+for row in range(8):
+    state.advance(dt / 2, dt / 2, dt, row * dt, (dt, dt), 1)
+"""
 LINE = re.compile(r"device_step\w*_kernel_\d+_range_for: f64 [a-z/]+ (\d+), div/sqrt (\d+), .* stored (\d+)")
+BLOCK = re.compile(r"(device_\w+)_c\w+_kernel_(\d)_range_for: .* loaded (\d+) stored (\d+) local (\d+)")
+
+
+def counted(folder, program, *arguments):
+    """Return what a program in a process of its own says of its launches, line by line."""
+    environment = {name: value for name, value in os.environ.items() if name not in SHORT}  # compiled as for a user
+    environment |= {"FAKE_CUDA_DIR": str(folder), "FAKE_CUDA_COUNT": "1"}
+    command = ["sh", str(cuda_device.FAKE), sys.executable, "-c", program, *arguments]
+    environment["PYTHONPATH"] = os.pathsep.join([str(cuda_device.ROOT), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    return done.stderr.splitlines()
 
 
 @pytest.fixture(scope="module")
 def launches(tmp_path_factory):
     """Operations, divisions and stored bytes of the launches of a step: the cells, then the nodes, of every kind."""
-    folder = tmp_path_factory.mktemp("counts")
-    environment = {name: value for name, value in os.environ.items() if name not in SHORT}  # compiled as for a user
-    environment |= {"FAKE_CUDA_DIR": str(folder), "FAKE_CUDA_COUNT": "1"}
-    command = ["sh", str(cuda_device.FAKE), sys.executable, "-c", STEP, str(SIZE), *KINDS]
-    environment["PYTHONPATH"] = os.pathsep.join([str(cuda_device.ROOT), os.environ.get("PYTHONPATH", "")])
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr[-2000:]
-    found = [tuple(map(int, line.groups())) for line in map(LINE.match, done.stderr.splitlines()) if line]
+    lines = counted(tmp_path_factory.mktemp("counts"), STEP, str(SIZE), *KINDS)
+    found = [tuple(map(int, line.groups())) for line in map(LINE.match, lines) if line]
     assert len(found) == 2 * len(KINDS)
     return {kind: found[2 * i : 2 * i + 2] for i, kind in enumerate(KINDS)}
 
@@ -70,3 +93,22 @@ def test_bytes_written_are_those_that_are_stored(launches, kind):
     (_, _, of_cells), (_, _, of_nodes) = launches[kind]
     assert of_cells == moved.cells_written
     assert of_nodes == pytest.approx(moved.nodes_written, rel=0.1)  # and the first stage of the sums over the cells
+
+
+def test_bytes_of_the_one_block_are_those_of_the_model(tmp_path):
+    """Of the boundary nodes, and of passes that solve and that find no more to do; with friction and viscous cells."""
+    model = device_model.CONTACT["friction, viscous cells"]
+    lines = [line for line in map(BLOCK.match, counted(tmp_path, CONTACT, str(SIZE), "friction")) if line]
+    last = {
+        name: max(int(line[2]) for line in lines if line[1] == name) for name in ("device_contact_step", "device_pass")
+    }
+    found = {name: [] for name in last}
+    for line in lines:
+        if line[1] in last and int(line[2]) == last[line[1]]:
+            found[line[1]].append(sum(map(int, line.groups()[2:])))
+    nodes = (SIZE + 1) ** 2
+    boundary, solving, judging = (part.moved * nodes + part.moved_once for part in model[:3])
+    assert found["device_contact_step"][-1] == pytest.approx(boundary, rel=0.03)
+    passes = [moved for moved in found["device_pass"] if moved > 0.5 * judging][4:]  # without those that find tangents
+    assert max(passes) == pytest.approx(solving, rel=0.1)
+    assert min(passes) == pytest.approx(judging, rel=0.1)

@@ -52,6 +52,18 @@ def test_a_large_cube_meets_the_bound_of_the_model():
         assert device_model.model(kind, "neo-hookean", 256)["step_s"] <= 8e-3, kind
 
 
+def test_contact_adds_its_one_block_to_the_model():
+    """A cube on a plane: linear in the nodes of its face, which one processor takes; the bound of a step is missed."""
+    small, large = (device_model.contact_seconds(size, "frictionless") for size in (127, 255))
+    once = sum(part.moved_once for part in device_model.CONTACT["frictionless"][:3]) / device_model.ONE_BANDWIDTH
+    assert (large[0] - once) / (small[0] - once) == pytest.approx(4.0, rel=1e-6)
+    text = "\n".join(device_model.lines(device_model.rows(["hex8"], ["linear"])))
+    assert "friction, viscous cells" in text
+    for contact in device_model.CONTACT:
+        added = sum(device_model.contact_seconds(128, contact))
+        assert 0.5e-3 < added < 2e-3
+
+
 def test_calls_are_counted_in_the_log(monkeypatch, tmp_path):
     log = tmp_path / "calls"
     log.write_text("launch a <<<1, 2, 3>>>\nlaunch b\nHtoDasync 8\nsync\nDtoH 24\nallocasync 8\nsync\n")

@@ -42,15 +42,17 @@ from ..language import tensor3
 from ..language.compile_options import KEEP_VECTORS, compiled_with
 from ..language.entries import put_three, row, three
 from ..language.signatures import Signature, kernel_of
+from ..language.threads import item, leader, over_threads, turns
 from ..language.vectors import MASK, load
 from ..materials import LAWS, linear_elastic
 from ..materials.law import Law
+from ..nodes.device_nodes import first_of_corner
 
 # The array `viscous` holds: the numbers below; displacement and viscous force [s, 3] of the boundary nodes at the last
 # time level; eta [s] of the contact cells, by lanes of their packs; their corner forces; eta of the contact cells in
-# the order of `Pairs`.
+# the order of `Pairs`. Where cells have threads, the lanes and corner forces stand as device_viscosity.py says.
 # numbers: 1/dt [1/s]; power of the last step [W]; counts of boundary nodes, lanes and corners; first lane and first
-# force row of the contact cells among those of all cells
+# force row of the contact cells among those of all cells, of threads their first place in `connectivity`
 RATE, POWER, NODES, LANES, CORNERS, FIRST_LANE, FIRST_ROW = 0, 1, 2, 3, 4, 5, 6
 NUMBERS = 7
 
@@ -104,17 +106,25 @@ def present(corner, c: ti.template()):
     return corner[c] + corner[3 + c]
 
 
+def step_parts(kind: str, law: str, thread: bool = False):
+    """Return force function, law and positions of the viscosity of a kind of cell with a law.
+
+    The functions give the force of a step, and a component of the position of a corner that the force is taken at;
+    thread: for a thread with a cell of its own.
+    """
+    if LAWS[law].linear:
+        element = elements.UNSTORED.get(kind, kind)
+        return (elements.thread_force_of if thread else elements.force_of)(element, law), linear_elastic.LAW, at_rest
+    return elements.step_force_of(kind, thread), STEP_LAW, present
+
+
 def make_block_viscosity(kind: str, law: str):
     """Return block_viscosity(body, viscous, first, end): it sets the corner forces of contact cells of a kind and law.
 
     first, end: segments (cell_phase.py) of a chunk.
     """
     corners, width = elements.CORNERS[kind], WIDTH
-    linear = LAWS[law].linear
-    law_of = linear_elastic.LAW if linear else STEP_LAW
-    element = elements.UNSTORED.get(kind, kind)
-    force_of = elements.force_of(element, law) if linear else elements.FUNCTIONS[element].step_force
-    place_of = at_rest if linear else present
+    force_of, law_of, place_of = step_parts(kind, law)
 
     @ti.func
     def block_viscosity(body: ti.template(), viscous: ti.template(), first, end):
@@ -187,36 +197,47 @@ def earlier(body: ti.template(), viscous: ti.template(), start, width: ti.templa
 
 
 @ti.func
-def viscous_force(body: ti.template(), viscous: ti.template(), s):
+def viscous_force(body: ti.template(), contact: ti.template(), viscous: ti.template(), s):
     """Return the viscous force [3] of boundary node s, summed over its contact cells."""
     total = ti.Vector.zero(ti.f64, 3)
-    first = rows_place(viscous) - 3 * int(viscous[FIRST_ROW])
-    for i in range(body.corner_rows[s], body.corner_rows[s + 1]):
-        total += three(viscous, first + 3 * body.corner_rows[i])
+    if ti.static(contact.options.threads > 1):
+        for i in range(body.corner_rows[s], body.corner_rows[s + 1]):
+            first = rows_place(viscous) + first_of_corner(body.corner_rows[i] - int(viscous[FIRST_ROW]))
+            for j in ti.static(range(3)):
+                total[j] += viscous[first + j * WIDTH]
+    else:
+        first = rows_place(viscous) - 3 * int(viscous[FIRST_ROW])
+        for i in range(body.corner_rows[s], body.corner_rows[s + 1]):
+            total += three(viscous, first + 3 * body.corner_rows[i])
     return total
 
 
 @ti.func
-def viscous_load(body: ti.template(), boundary: ti.template(), viscous: ti.template()):
+def viscous_load(body: ti.template(), boundary: ti.template(), contact: ti.template(), viscous: ti.template()):
     """Add the viscous force to that of the cells, set its power, and store displacement and force for the next step."""
     power = 0.0
-    for s in range(boundary.nodes.shape[0]):
+    for turn in range(turns(contact, boundary.nodes.shape[0])):
+        s = item(contact, turn)
         place = NUMBERS + 3 * s
-        now, last = viscous_force(body, viscous, s), three(viscous, force_place(viscous) + 3 * s)
+        now, last = viscous_force(body, contact, viscous, s), three(viscous, force_place(viscous) + 3 * s)
         here = row(body.u, boundary.nodes[s])
         power += 0.5 * (now + last).dot(here - three(viscous, place))
         for j in ti.static(range(3)):
             body.special_force[3 * s + j] = body.special_force[3 * s + j] + now[j]
         put_three(viscous, force_place(viscous) + 3 * s, now)
         put_three(viscous, place, here)
-    viscous[POWER] = power * viscous[RATE]
+    power = over_threads(contact, [power], ("sum",))[0]
+    if leader(contact) == 1:
+        viscous[POWER] = power * viscous[RATE]
 
 
 @ti.func
-def stiffen(pairs: ti.template(), viscous: ti.template(), block: ti.template(), number):
+def stiffen(pairs: ti.template(), contact: ti.template(), viscous: ti.template(), block: ti.template(), number):
     """Multiply the stiffness of the cells of contact block `number` by 1 + eta/dt, to include their viscosity."""
     at = number * CONTACT_BLOCK
-    for cell in range(pairs.blocks[at + FIRST_CELL], pairs.blocks[at + LAST_CELL]):
+    first_cell = pairs.blocks[at + FIRST_CELL]
+    for turn in range(turns(contact, pairs.blocks[at + LAST_CELL] - first_cell)):
+        cell = first_cell + item(contact, turn)
         factor = 1.0 + viscous[RATE] * viscous[cells_place(viscous) + cell]
         for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
             pairs.values[i] = factor * pairs.values[i]

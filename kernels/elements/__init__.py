@@ -17,6 +17,12 @@ def force_of(kind: str, law: str):
     return (LAWS[law].linear and functions.linear_force) or functions.force
 
 
+def step_force_of(kind: str, thread: bool = False):
+    """Return the force function of a step of a kind of cell (record.py); thread: for a thread with its own cell."""
+    functions = FUNCTIONS[UNSTORED.get(kind, kind)]
+    return (thread and functions.thread_step_force) or functions.step_force
+
+
 def thread_force_of(kind: str, law: str):
     """Return the force function for a thread with a cell of its own; some kinds have one that needs few registers."""
     functions = FUNCTIONS[kind]

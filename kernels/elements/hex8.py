@@ -162,7 +162,13 @@ def hex_centre(x, u):
 
 FUNCTIONS = {
     "hex8" + name: CellFunctions(
-        8, force, hex_force, hex_viscosity, hex_centre, thread_force=of_shape(hex_by_points, shape)
+        8,
+        force,
+        hex_force,
+        hex_viscosity,
+        hex_centre,
+        thread_force=of_shape(hex_by_points, shape),
+        thread_step_force=of_shape(hex_by_points, ANY),
     )
     for name, force, shape in (
         ("", hex_force, ANY),

@@ -104,6 +104,19 @@ def mean_step_force(x, d, weight, parameters, law: ti.template(), memory: ti.tem
 
 
 @ti.func
+def mean_step_force_by_points(x, d, weight, parameters, law: ti.template(), memory: ti.template()):
+    """Return what `mean_step_force` returns, point by point."""
+    mode_x, mode_d = [hex_modes(x[c]) for c in range(3)], [hex_modes(d[c]) for c in range(3)]
+    now = hex_slopes(mode_x)
+    before = hex_slopes([[mode_x[c][m] - mode_d[c][m] for m in range(7)] for c in range(3)])
+    change = 0.5 * ((along(now[1], mode_d) + along(before[1], mode_d)) - hex_slopes(mode_d)[0])
+    pressure = weight * ((1.0 / 64.0) * parameters[0]) * (change / now[0])
+    start, without = pressed(pressure, now[1]), [0.0, parameters[1]]
+    points = mode_forces_by_points(x, mode_d, weight * SHARE, without, law, memory, ANY, start)
+    return of_corners(points, 0.5 * pressure * change)
+
+
+@ti.func
 def split_force_by_points(x, u, weight, parameters, law: ti.template(), memory: ti.template(), shape: ti.template()):
     """Return what `split_force` returns, point by point.
 
@@ -166,6 +179,7 @@ FUNCTIONS = {
         "mean-dilatation",
         thread_force=of_shape(split_force_by_points, shape),
         linear_thread_force=of_shape(linear_split_force_by_points, shape),
+        thread_step_force=mean_step_force_by_points,
     )
     for name, shape in (("", ANY), ("-affine", PARALLELEPIPED), ("-box", BOX))
 }

@@ -79,6 +79,8 @@ class Boundary(NamedTuple):
 
     Behind f_ext stand the data of loads other than constant gravity, if there are any (load_places.py).
     Behind the mass tensors stand the numbers of springs, if there are any (nodes/springs.py).
+    Where threads share the loads (nodes/shared_loads.py): load_givers: what acts on each loaded node; load_shares
+    [faces, 4, 3] [N]: of the corners of the faces under a pressure.
     sums: sums of all parts of a step except the force pass, at the places of columns.py; all bundles share this array.
     """
 
@@ -86,6 +88,8 @@ class Boundary(NamedTuple):
     mass: Array = None
     inverse_mass: Array = None
     load: Array = None
+    load_givers: Index = None
+    load_shares: Array = None
     sums: Shared = None
 
 

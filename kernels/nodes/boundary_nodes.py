@@ -10,7 +10,7 @@ from ..columns import BOUNDARY, BOUNDARY_SUMS, FIRST, SUPPORT, SUPPORT_SUMS
 from ..engine import ti
 from ..lanes import DRIFT, GRAVITY, KICK_AFTER, KICK_BEFORE
 from ..language.counted import counted
-from ..language.entries import row, three
+from ..language.entries import row
 from ..language.threads import item, meet, over_threads, turns
 from .damping import damping_force
 
@@ -41,7 +41,7 @@ def damp(body: ti.template(), boundary: ti.template(), contact: ti.template(), l
 @ti.func
 def weight(body: ti.template(), boundary: ti.template(), s):
     """Return M g of boundary node s."""
-    return symmetric(boundary.mass, s) @ three(body.params, GRAVITY)
+    return symmetric(boundary.mass, s) @ ti.Vector([body.params[GRAVITY + j] for j in range(3)])
 
 
 @ti.func

@@ -9,7 +9,7 @@ Step sizes and gravity are arguments of the launch, so that no number has to be 
 from typing import Any, NamedTuple
 
 from ..engine import ti
-from ..lanes import DAMPING, FREE, WIDTH
+from ..lanes import DAMPING, FREE, GRAVITY, WIDTH
 from .damping import damped_acceleration
 
 
@@ -20,9 +20,13 @@ class StepNumbers(NamedTuple):
 
 
 @ti.func
-def step_numbers(body: ti.template(), steps: ti.template()):
-    """Return the numbers of a step as a list in the order of `params`; steps: kicks, drift and gravity."""
-    return [steps[i] for i in range(DAMPING)] + [body.params[i] for i in range(DAMPING, FREE)]
+def step_numbers(body: ti.template(), steps: ti.template(), pulled: ti.template()):
+    """Return the numbers of a step as a list in the order of `params`; steps: kicks, drift and gravity.
+
+    pulled: gravity is a function of time, which stands in `params`.
+    """
+    given = ti.static(GRAVITY if pulled else DAMPING)
+    return [steps[i] for i in range(given)] + [body.params[i] for i in range(given, FREE)]
 
 
 @ti.func

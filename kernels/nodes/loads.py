@@ -13,6 +13,7 @@ from ..columns import APPLIED
 from ..engine import ti
 from ..lanes import GRAVITY, KICK_BEFORE
 from ..language.entries import put_three, row, three
+from ..language.threads import item, leader, over_threads, turns
 from ..load_places import (
     ASKS,
     ENTRIES,
@@ -91,6 +92,14 @@ def add(load: ti.template(), node_at, j, force):
 @ti.func
 def press(body: ti.template(), load: ti.template(), node_at, at, pressure):
     """Add the forces of a pressure [Pa] on the face whose data begin at `at`."""
+    shares = corner_shares(body, load, at, pressure)
+    for i in ti.static(range(4)):
+        add(load, node_at, int(load[at + 4 + i]), shares[i])
+
+
+@ti.func
+def corner_shares(body: ti.template(), load: ti.template(), at, pressure):
+    """Return the forces [3] of a pressure [Pa] on the four corners of the face whose data begin at `at`."""
     first = int(load[at])
     along, across, twist = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
     for i in ti.static(range(1, 4)):
@@ -100,19 +109,17 @@ def press(body: ti.template(), load: ti.template(), node_at, at, pressure):
         across += 0.25 * ETA[i] * x
         twist += 0.25 * XI[i] * ETA[i] * x
     middle, over_xi, over_eta = along.cross(across), along.cross(twist), twist.cross(across)
-    for i in ti.static(range(4)):
-        force = middle + XI[i] / 3.0 * over_xi + ETA[i] / 3.0 * over_eta
-        add(load, node_at, int(load[at + 4 + i]), -pressure * force)
+    return [-pressure * (middle + XI[i] / 3.0 * over_xi + ETA[i] / 3.0 * over_eta) for i in range(4)]
 
 
 @ti.func
-def measure_loads(body: ti.template(), boundary: ti.template()):
+def measure_loads(body: ti.template(), boundary: ti.template(), contact: ti.template()):
     """Sum up the loads of the level and their work in the step that ended there; keep both for the next one."""
     load = ti.static(boundary.load)
     node_at = 3 * boundary.nodes.shape[0] + HEAD
     total, work, kick = ti.Vector.zero(ti.f64, 3), 0.0, 0.0
-    for j in range(head(boundary, NODES)):
-        at = node_at + NODE * j
+    for turn in range(turns(contact, head(boundary, NODES))):
+        at = node_at + NODE * item(contact, turn)
         s = int(load[at])
         here, force = row(body.u, boundary.nodes[s]), three(load, at + FORCE)
         total += force
@@ -121,10 +128,12 @@ def measure_loads(body: ti.template(), boundary: ti.template()):
         put_three(load, at + FORCE_BEFORE, force)
         put_three(load, at + PLACE_BEFORE, here)
     place = head(boundary, SUMS_AT)
-    boundary.sums[place + APPLIED.applied_step] = work * head(boundary, STARTED)
-    boundary.sums[place + APPLIED.applied_kick] = kick * body.params[KICK_BEFORE] ** 2
-    boundary.sums[place + APPLIED.half_step] = body.params[KICK_BEFORE]
-    load[node_at - HEAD + STARTED] = 1.0
-    for j in ti.static(range(3)):
-        boundary.sums[place + APPLIED.applied_force + j] = total[j]
-        boundary.sums[place + APPLIED.gravity + j] = body.params[GRAVITY + j]
+    sums = over_threads(contact, [total[0], total[1], total[2], work, kick], ("sum",) * 5)
+    if leader(contact) == 1:
+        boundary.sums[place + APPLIED.applied_step] = sums[3] * head(boundary, STARTED)
+        boundary.sums[place + APPLIED.applied_kick] = sums[4] * body.params[KICK_BEFORE] ** 2
+        boundary.sums[place + APPLIED.half_step] = body.params[KICK_BEFORE]
+        load[node_at - HEAD + STARTED] = 1.0
+        for j in ti.static(range(3)):
+            boundary.sums[place + APPLIED.applied_force + j] = sums[j]
+            boundary.sums[place + APPLIED.gravity + j] = body.params[GRAVITY + j]

@@ -139,7 +139,7 @@ def measure_node(
     """Set the right side B^t (f_ext - f) of node k; return the sum of |f_cell| [N]."""
     force, magnitude = collect(body, contact, k)
     if ti.static(contact.options.viscous):
-        force += viscous_force(body, viscous, k)
+        force += viscous_force(body, contact, viscous, k)
     set_right(boundary, contact, system, k, force)
     return magnitude
 
@@ -332,7 +332,7 @@ def make_linearise(cells: tuple[tuple[str, str], ...], block: int, plain: bool, 
         for kind, law in cells
     ]
     viscous_tangents = [make_viscous_tangent(kind, block, plain) for kind, _law in cells]
-    dampings = [make_damping_tangent(kind, block, plain) for kind, _law in cells]
+    dampings = [make_damping_tangent(kind, block, plain, threads) for kind, _law in cells]
     metals = [LAWS[law].plastic is not None for _kind, law in cells]
 
     @ti.func
@@ -351,9 +351,10 @@ def make_linearise(cells: tuple[tuple[str, str], ...], block: int, plain: bool, 
                     if ti.static(contact.options.viscous and metals[i]):
                         dampings[i](body, contact.basis, pairs, viscous, number)
                     elif ti.static(contact.options.viscous):
-                        stiffen(pairs, viscous, block, number)
+                        stiffen(pairs, contact, viscous, block, number)
         if ti.static(contact.options.viscous):
-            stats[at + VISCOUS_RATE] = viscous[RATE]
+            if leader(contact) == 1:
+                stats[at + VISCOUS_RATE] = viscous[RATE]
         elif ti.static(body.viscous_metal):
             stats[at + VISCOUS_RATE] = body.params[STEP]
         meet(contact)

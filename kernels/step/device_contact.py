@@ -3,6 +3,7 @@
 After the loops over cells and ordinary nodes (device_step.py) one block takes the boundary nodes, with the functions of
 the CPU, whose loops its threads share (language/threads.py):
 
+    viscous cells     with viscous contact cells: their force of the step that ends here, a thread per cell
     boundary block    contact load lambda_k = max(0, nu.(f_k - f_ext,k)); friction; kick and drift;
                       x_K predicted   (METHOD 2 and 3)
     pass              force of the contact cells at x_K, a thread per cell; then one block: residual, tangent where it
@@ -14,7 +15,7 @@ Which of the launches does something is decided on the device (device_control.py
 
 import functools
 
-from ..cells.device_cells import make_device_cell
+from ..contact.cell_viscosity import POWER, RATE, viscous_load
 from ..contact.constraint_rows import hand_over, hand_over_friction
 from ..contact.contact_load import impulse_load, penalty_load
 from ..contact.friction import STEP, clear_work
@@ -23,7 +24,7 @@ from ..contact.kick_friction import kick_friction
 from ..contact.obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
 from ..contact.obstacles import set_pose
 from ..engine import ti
-from ..lanes import BLOCK_THREADS, DEVICE_BLOCK, END_LANE, FIRST_LANE, GRAVITY, MAXIMUM_SLOTS, PART, PART_CELLS
+from ..lanes import BLOCK_THREADS, DEVICE_BLOCK, GRAVITY, MAXIMUM_SLOTS
 from ..language.bundles import ContactOptions
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
@@ -31,6 +32,8 @@ from ..language.threads import item, leader, meet, turns
 from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
 from ..nodes.device_nodes import step_numbers
 from ..nodes.driven_supports import accelerate, move_on
+from ..nodes.loads import measure_loads
+from ..nodes.shared_loads import apply_shared_loads
 from ..nodes.springs import measure_springs, spring_forces
 from ..static.control import CONVERGED, MEASURE, NEXT, any_island
 from ..static.massless_contact import massless_load, move_out, predict
@@ -51,19 +54,29 @@ from .device_control import (
     want_pass,
 )
 from .device_step import STEPS, make_loops
+from .device_surface import make_surface_cells
 
 CONTACT_STEPS = (*STEPS, "after")
 
 
 @ti.func
+def rate_of(step):
+    """Return the inverse of a step, 0 for none: the factor of the strains of viscous contact cells in it."""
+    return ti.select(step > 0.0, 1.0 / ti.max(step, 1e-300), 0.0)
+
+
+@ti.func
 def placed(
     body: ti.template(), lists: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(),
-    ratio, fall, after, exact: ti.template(),
+    launch: ti.template(), ratio, fall, after, exact: ti.template(),
 ):  # fmt: skip
     """Predict the massless nodes, move them out of obstacles and ask for passes of the static solve.
 
     after [s]: the step that begins, 0 at the start of a run.
     """
+    if ti.static(contact.options.viscous):
+        if leader(contact) == 1:
+            launch.viscous_cells[RATE] = rate_of(after)
     if ti.static(contact.options.static_friction):
         if leader(contact) == 1:
             contact.friction[STEP] = after
@@ -118,7 +131,8 @@ def friction_load(
 @functools.cache
 def make_device_contact_step(
     kinds: tuple[tuple[str, str], ...], signature: Signature, threads: int, options: ContactOptions, exact: bool,
-    has_supports: bool, driven: bool, has_springs: bool, damped: str = "",
+    has_supports: bool, driven: bool, has_springs: bool, measured: tuple[int, ...] = (), surface_threads: int = 0,
+    loaded: str = "", damped: str = "",
 ):  # fmt: skip
     """Return the step kernel of a domain with contact, memoised.
 
@@ -126,22 +140,39 @@ def make_device_contact_step(
     and steps [s]: see `make_device_step`, after: the step that begins, 0 after the last row; options.model: "massless",
     "penalty", "impulse", or "" without contact; exact: massless without a penalty;
     has_supports: supports hold or move components; driven: functions of time move some of them;
-    has_springs: springs act on boundary nodes.
+    has_springs: springs act on boundary nodes; measured, surface_threads: with viscous contact cells, as in
+    `make_device_pass`; loaded: "loads", "gravity" if that is a function of time, or "" without (loads.py).
     """
-    cell_loop, node_loop = make_loops(kinds, threads, damped, True)
+    pulled = loaded == "gravity"
+    cell_loop, node_loop = make_loops(kinds, threads, damped, True, pulled)
+    viscous_cells_of = make_surface_cells(kinds, measured, surface_threads, False, options.viscous)
+    extra = int(options.viscous)  # number of a row behind the sums: the power of viscous cells
+
+    @ti.func
+    def viscous_loop(
+        n: ti.template(), before: ti.template(), body: ti.template(), lists: ti.template(), launch: ti.template()
+    ):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(surface_threads):
+            if takes_step(lists) == 1:
+                viscous_cells_of(n, t, rate_of(before), body, lists, launch.viscous_cells)
 
     @ti.func
     def boundary_block(
         offer: ti.template(), before: ti.template(), after: ti.template(), steps: ti.template(), body: ti.template(),
         lists: ti.template(), boundary: ti.template(), supports: ti.template(), obstacles: ti.template(),
-        rows: ti.template(), contact: ti.template(), system: ti.template(),
+        rows: ti.template(), contact: ti.template(), system: ti.template(), launch: ti.template(),
     ):  # fmt: skip
         ti.loop_config(block_dim=BLOCK_THREADS)
         for _ in range(BLOCK_THREADS):
             if takes_step(lists) == 1:
                 number = row_of(lists, offer)
-                numbers = step_numbers(body, steps)
+                numbers = step_numbers(body, steps, pulled)
                 own = ti.static(body._replace(params=numbers))
+                if ti.static(options.viscous):
+                    if leader(contact) == 1:
+                        launch.viscous_cells[RATE] = rate_of(before)
+                    viscous_load(own, boundary, contact, launch.viscous_cells)
                 if ti.static(driven):
                     accelerate(own, boundary, supports, contact, number)
                 if ti.static(has_springs):
@@ -158,7 +189,9 @@ def make_device_contact_step(
                     measure_springs(own, boundary, contact)
                 if ti.static(has_supports):
                     support_reactions(own, boundary, supports, contact)
-                kick_and_drift(own, boundary, contact, "")
+                if ti.static(loaded != ""):
+                    measure_loads(own, boundary, contact)
+                kick_and_drift(own, boundary, contact, loaded)
                 if ti.static(driven):
                     move_on(own, boundary, supports, contact, number)
                 if ti.static(options.varied and not options.static_friction):
@@ -167,8 +200,11 @@ def make_device_contact_step(
                 width = contact.sums.shape[0]
                 for turn in range(turns(contact, width)):
                     j = item(contact, turn)
-                    lists.control[DEVICE_CONTROL + number * width + j] = contact.sums[j]
+                    lists.control[DEVICE_CONTROL + number * (width + extra) + j] = contact.sums[j]
                 if leader(contact) == 1:
+                    if ti.static(options.viscous):
+                        power = launch.viscous_cells[POWER]
+                        lists.control[DEVICE_CONTROL + number * (width + extra) + width] = power
                     lists.control[TAKEN] = number + 1.0
                     if offer == 0:
                         lists.control[MOST] = 0.0
@@ -179,7 +215,10 @@ def make_device_contact_step(
                     if after > 0.0:
                         ratio = ti.select(before > 0.0, after / ti.max(before, 1e-300), 1.0)
                         fall = 0.5 * after * (before + after) * ti.Vector([numbers[GRAVITY + j] for j in range(3)])
-                        placed(own, lists, obstacles, rows, contact, ratio, fall, after, exact)
+                        placed(own, lists, obstacles, rows, contact, launch, ratio, fall, after, exact)
+                if ti.static(loaded != ""):
+                    if after > 0.0:
+                        apply_shared_loads(ti.static(body if pulled else own), boundary, contact, number + 1, pulled)
 
     @ti.func
     def device_contact_step(
@@ -187,13 +226,17 @@ def make_device_contact_step(
         kick_after: ti.template(), drift: ti.template(), g0: ti.template(), g1: ti.template(), g2: ti.template(),
         after: ti.template(), body: ti.template(), lists: ti.template(), boundary: ti.template(),
         supports: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(),
-        system: ti.template(),
+        system: ti.template(), launch: ti.template(),
     ):  # fmt: skip
         steps = ti.static([kick_before, kick_after, drift, g0, g1, g2])
         for i in ti.static(range(len(kinds))):
             cell_loop(i, offer, commit, before, body, lists)
         node_loop(offer, steps, body, lists)
-        boundary_block(offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, system)
+        for n in ti.static(range(len(measured))):
+            viscous_loop(n, before, body, lists, launch)
+        boundary_block(
+            offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, system, launch
+        )
 
     parts = {"options": options, "driven": driven}
     made = kernel_of(device_contact_step, signature, ("offer", "commit"), CONTACT_STEPS, **parts)
@@ -207,11 +250,11 @@ def make_device_start(signature: Signature, options: ContactOptions, exact: bool
     @ti.func
     def device_start(
         body: ti.template(), lists: ti.template(), boundary: ti.template(), obstacles: ti.template(),
-        rows: ti.template(), contact: ti.template(), system: ti.template(),
+        rows: ti.template(), contact: ti.template(), system: ti.template(), launch: ti.template(),
     ):  # fmt: skip
         ti.loop_config(block_dim=BLOCK_THREADS)
         for _ in range(BLOCK_THREADS):
-            placed(body, lists, obstacles, rows, contact, 0.0, ti.Vector.zero(ti.f64, 3), 0.0, exact)
+            placed(body, lists, obstacles, rows, contact, launch, 0.0, ti.Vector.zero(ti.f64, 3), 0.0, exact)
 
     return compiled_with(kernel_of(device_start, signature, options=options), **LEAVE_TO_LLVM)
 
@@ -226,34 +269,27 @@ def make_device_pass(
     measured: the kinds, by number, that have contact cells; threads: of the loops over these; plain: every basis is the
     identity.
     """
-    cells = [make_device_cell(*kinds[i]) for i in measured]
+    cells_of = make_surface_cells(kinds, measured, threads, True, options.viscous)
     resolve = make_resolve(kinds, options.block, plain, options.threads)
-    head = len(kinds) + 1
 
     @ti.func
-    def surface_loop(n: ti.template(), body: ti.template(), lists: ti.template()):
+    def surface_loop(n: ti.template(), body: ti.template(), lists: ti.template(), launch: ti.template()):
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
             if lists.control[WANTS] == A_PASS:
-                surface = ti.static(lists._replace(parts=lists.contact_parts))
-                i = ti.static(measured[n])
-                at = head + PART * surface.parts[i]
-                end = surface.parts[head + PART * (surface.parts[i + 1] - 1) + END_LANE]
-                for turn in range((end - t + threads - 1) // threads):
-                    lane = t + turn * threads
-                    while lane >= surface.parts[at + END_LANE]:
-                        at += PART
-                    cell = lane - surface.parts[at + FIRST_LANE]
-                    if cell < surface.parts[at + PART_CELLS]:
-                        cells[n](body, surface, at, cell, 0.0, 0)
+                rate = 0.0
+                if ti.static(options.viscous):
+                    rate = launch.viscous_cells[RATE]
+                cells_of(n, t, rate, body, lists, launch.viscous_cells)
 
     @ti.func
     def device_pass(
         body: ti.template(), lists: ti.template(), boundary: ti.template(), obstacles: ti.template(),
         rows: ti.template(), contact: ti.template(), pairs: ti.template(), system: ti.template(),
+        launch: ti.template(),
     ):  # fmt: skip
-        for n in ti.static(range(len(cells))):
-            surface_loop(n, body, lists)
+        for n in ti.static(range(len(measured))):
+            surface_loop(n, body, lists, launch)
         ti.loop_config(block_dim=BLOCK_THREADS)
         for _ in range(BLOCK_THREADS):
             if lists.control[WANTS] == A_PASS:
@@ -262,7 +298,7 @@ def make_device_pass(
                 if ti.static(options.varied and options.static_friction):
                     here = contact.friction[STEP]
                     set_coefficients(body, boundary, obstacles, rows, None, contact, 0, 0, here)
-                resolve(body, boundary, contact, rows, None, pairs, system, None, first)
+                resolve(body, boundary, contact, rows, None, pairs, system, launch.viscous_cells, first)
                 if leader(contact) == 1:
                     passes = lists.control[PASSES] + 1.0
                     lists.control[FIRST] = 0.0

@@ -26,12 +26,12 @@ from .device_ledger import NODE_COMBINE, cell_combine, fold_partial_sums, starts
 STEPS = ("before", "kick_before", "kick_after", "drift", "gravity_x", "gravity_y", "gravity_z")
 
 
-def make_loops(kinds: tuple[tuple[str, str], ...], threads: int, damped: str, bounded: bool):
+def make_loops(kinds: tuple[tuple[str, str], ...], threads: int, damped: str, bounded: bool, pulled: bool = False):
     """Return cell_loop(i, row, commit, before, body, lists), over the cells of kind i, and node_loop(row, steps, body,
     lists), as functions of a kernel.
 
     bounded: there are boundary nodes, whose force is stored in special_force; row is then the number of a step that is
-    offered (device_control.py). The other arguments: see `make_device_step`.
+    offered (device_control.py); pulled: gravity is a function of time. The other arguments: see `make_device_step`.
     """
     cells = [make_device_cell(kind, law) for kind, law in kinds]
     flowing = [LAWS[law].plastic is not None for _, law in kinds]
@@ -79,7 +79,7 @@ def make_loops(kinds: tuple[tuple[str, str], ...], threads: int, damped: str, bo
     @ti.func
     def nodes_of_thread(t, row, steps: ti.template(), body: ti.template(), lists: ti.template()):
         fold_partial_sums(lists, t, row, NODE_SUMS, combine, numbers, threads)
-        numbers_of_step = step_numbers(body, steps)
+        numbers_of_step = step_numbers(body, steps, pulled)
         sums = [0.0 for _ in range(NODE_SUMS)]
         for turn in range((body.mass.shape[0] - t + threads - 1) // threads):
             node = t + turn * threads

@@ -251,7 +251,7 @@ def make_serial_step(
         if ti.static(has_supports):
             support_reactions(body, boundary, supports, contact)
         if ti.static(loaded != ""):
-            measure_loads(body, boundary)
+            measure_loads(body, boundary, contact)
         if ti.static(has_boundary):
             kick_and_drift(body, boundary, contact, loaded)
         if ti.static(driven):
@@ -347,7 +347,7 @@ def make_serial_step(
                         if state == PASS or state == BOUNDARY or state == MEASURED or state == VISCOUS:
                             viscous_phase(body, viscous_cells, 1)
                     if state == PASS or state == BOUNDARY:
-                        viscous_load(body, boundary, viscous_cells)
+                        viscous_load(body, boundary, contact, viscous_cells)
                 if state == PASS or state == BOUNDARY:
                     if ti.static(body.viscous_metal):
                         keep_places(body, boundary)

@@ -28,38 +28,48 @@ class CellViscosity:
 
     def __init__(self, domain: Domain, force: InternalForce) -> None:
         from ..kernels.contact import cell_viscosity as names
-        from ..kernels.language.bundles import Launch
-        from ..kernels.language.signatures import signature_of
 
         packs = force.packs
         self.names, self.domain, self.internal_force = names, domain, force
-        nodes, first_lane = len(domain.boundary), packs.first_contact_lane
-        lanes = np.zeros(packs.lanes - first_lane)
-        cells, count = [np.zeros(0)], 0
-        for block in domain.blocks:
-            contact, element, width = block.body.contact, block.facts, WIDTH
-            if len(block.contact):
-                assert contact is not None
-                corners = block.contact_cells
-                eta = contact.viscosity * element.spacing * shortest_heights(element.kind, domain.reference, corners)
-                eta /= block.material.wave_speed
-                lanes[count : count + len(eta)] = eta
-                count += -(-len(eta) // width) * width
-                cells.append(eta)
+        nodes, cells = len(domain.boundary), _viscosities(domain)
+        starts, tail = self._lanes([len(eta) for eta in cells])
+        lanes = np.zeros(packs.lanes - packs.first_contact_lane)
+        for start, eta in zip(starts, cells, strict=True):
+            lanes[start : start + len(eta)] = eta
         numbers = np.zeros(names.NUMBERS)
-        numbers[[names.NODES, names.LANES, names.CORNERS]] = nodes, len(lanes), packs.row_count - packs.first_corner_row
-        numbers[[names.FIRST_LANE, names.FIRST_ROW]] = first_lane, packs.first_corner_row
-        rows = np.zeros(3 * (packs.row_count - packs.first_corner_row))
-        self.data = arrays.put(np.concatenate([numbers, np.zeros(6 * nodes), lanes, rows, *cells]))
+        numbers[[names.NODES, names.LANES, names.CORNERS]] = nodes, len(lanes), packs.corner_rows
+        numbers[[names.FIRST_LANE, names.FIRST_ROW]] = packs.first_contact_lane, self.first_place()
+        rows = np.zeros(3 * packs.corner_rows)
+        self.data = arrays.put(np.concatenate([numbers, np.zeros(6 * nodes), lanes, rows, *cells, tail]))
         self._before = slice(names.NUMBERS, names.NUMBERS + 3 * nodes)
         start = names.NUMBERS + 6 * nodes + len(lanes)
         self._rows = slice(start, start + len(rows))
-        corner_nodes = [block.contact_cells.reshape(-1) for block in domain.blocks]
-        self._nodes, self._places = np.concatenate(corner_nodes), packs.corners - packs.first_corner_row
-        self.launch: Callable[..., None] | None = None
-        if not domain.few_contact_cells:
-            signature = signature_of({"body": force.bundle(), "launch": Launch(viscous_cells=self.data)})
-            self.launch = Prepared(names.make_viscous_pass(domain.kinds, signature))
+        self._nodes = np.concatenate([block.contact_cells.reshape(-1) for block in domain.blocks])
+        self._places = self._force_places(packs.corners - packs.first_corner_row)
+        self.launch: Callable[..., None] | None = self._pass()
+
+    def _lanes(self, counts: list[int]) -> tuple[list[int], np.ndarray]:
+        """Return the first lane of the contact cells of every block, and the numbers behind all others."""
+        padded = [-(-count // WIDTH) * WIDTH for count in counts]
+        return [sum(padded[:number]) for number in range(len(counts))], np.zeros(0)
+
+    def first_place(self) -> int:
+        """Return the first of the places that the kernels know corners by."""
+        return self.internal_force.packs.first_corner_row
+
+    def _force_places(self, corners: np.ndarray) -> np.ndarray:
+        """Return where the force [corners, 3] of the corners stands among the corner forces."""
+        return 3 * corners[:, None] + np.arange(3)
+
+    def _pass(self) -> Callable[..., None] | None:
+        """Return the launch over many contact cells; None where another kernel takes them."""
+        from ..kernels.language.bundles import Launch
+        from ..kernels.language.signatures import signature_of
+
+        if self.domain.few_contact_cells:
+            return None
+        signature = signature_of({"body": self.internal_force.bundle(), "launch": Launch(viscous_cells=self.data)})
+        return Prepared(self.names.make_viscous_pass(self.domain.kinds, signature))
 
     def set_rate(self, rate: float) -> None:
         """Set the factor 1/dt [1/s] of the strain rates of the next pass."""
@@ -83,7 +93,7 @@ class CellViscosity:
         data[self.names.RATE] = 1.0
         arrays.set_values(self.data, data)
         measure(arrays.put(u))
-        rows = arrays.get(self.data)[self._rows].reshape(-1, 3)[self._places]
+        rows = arrays.get(self.data)[self._rows][self._places]
         total = np.stack(
             [np.bincount(self._nodes, rows[:, axis], len(self.domain.reference)) for axis in range(3)], axis=1
         )
@@ -93,3 +103,17 @@ class CellViscosity:
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of this term."""
         return [self.data]
+
+
+def _viscosities(domain: Domain) -> list[np.ndarray]:
+    """Return eta [s] of the contact cells of every block."""
+    found = []
+    for block in domain.blocks:
+        contact, element = block.body.contact, block.facts
+        eta = np.zeros(len(block.contact))
+        if len(eta):
+            assert contact is not None
+            heights = shortest_heights(element.kind, domain.reference, block.contact_cells)
+            eta = contact.viscosity * element.spacing * heights / block.material.wave_speed
+        found.append(eta)
+    return found

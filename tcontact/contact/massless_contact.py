@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..cells.cell_viscosity import CellViscosity
+from ..cells.device_force import DeviceForce
+from ..cells.device_viscosity import DeviceCellViscosity
 from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..planning.body_plan import BodyPlan
@@ -64,7 +66,8 @@ class MasslessContactTerm(ContactTerm):
             self.static_solve = StaticSolve(scene, domain, force, *parts)
         self.projected = self.static_solve.projected
         self.viscous = domain.viscous_cells
-        self.cell_viscosity = CellViscosity(domain, force) if self.viscous else None
+        made = DeviceCellViscosity if isinstance(force, DeviceForce) else CellViscosity
+        self.cell_viscosity = made(domain, force) if self.viscous else None
 
     @property
     def trouble(self) -> tuple[BodyPlan, str] | None:

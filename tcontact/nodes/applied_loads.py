@@ -47,8 +47,10 @@ class AppliedLoads:
         return self._rows > 1 or bool(self._own)
 
     def rows_at_once(self, small: bool) -> int:
-        """Return the largest number of rows of a launch; small: one thread takes all steps of the domain."""
-        return self._rows - 1 if self._rows > 1 else 1 if self._own else MAXIMUM_ROWS
+        """Return the largest number of rows of a launch; small: a launch, or a block of them, takes many steps."""
+        if self._rows > 1:
+            return self._rows - 1 if small else 1
+        return 1 if self._own else MAXIMUM_ROWS
 
     def start(self, u: arrays.Array, velocity: np.ndarray) -> None:
         """Set the row of t = 0; velocity [n, 3]: at the start. Raises `FunctionError`."""

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernels.lanes import MAXIMUM_ROWS
 from ..kernels.load_places import (
     ASKS,
     ENTRIES,
@@ -144,7 +143,7 @@ def pack_loads(domain: Domain) -> PackedLoads | None:
     face_list = np.concatenate([np.zeros((0, FACE)), *pressed])
     rows = 1
     if varies and not own:
-        rows += MAXIMUM_ROWS if domain.small and not once else 1
+        rows += 1 if domain.small and once else domain.table_rows
     head = np.zeros(HEAD)
     head[[NODES, ENTRIES, FACES]] = len(nodes), len(entry_list), len(face_list)
     head[STRIDE], head[PULLS], head[ASKS] = width if rows > 1 else 0, domain.pulled, bool(own)

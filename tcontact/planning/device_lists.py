@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..kernels import lanes
+from ..kernels.load_places import ENTRIES, ENTRY, FACE, FACES, HEAD, NODE, NODES
 from .contact_graph import ContactGraph
 from .domain import Domain
 from .islands import Island
@@ -71,12 +72,15 @@ def corner_places(packs: CellPacks, domain: Domain) -> np.ndarray:
     return np.concatenate([starts, places[order]]).astype(np.int32)
 
 
-def surface_corners(node_corners: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Return those of `corner_places` of some nodes [k]: start of each [k + 1], then the places."""
+def surface_corners(node_corners: np.ndarray, nodes: np.ndarray, lowest: int = 0) -> np.ndarray:
+    """Return those of `corner_places` of some nodes [k]: start of each [k + 1], then the places, from `lowest` on."""
     first, end = node_corners[nodes].astype(np.int64), node_corners[nodes + 1].astype(np.int64)
-    starts = len(nodes) + 1 + np.concatenate([[0], np.cumsum(end - first)])
-    own = np.arange(starts[-1] - starts[0]) - np.repeat(starts[:-1] - starts[0], end - first)
-    return np.concatenate([starts, node_corners[np.repeat(first, end - first) + own]]).astype(np.int32)
+    counts = end - first
+    own = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    places, owner = node_corners[np.repeat(first, counts) + own], np.repeat(np.arange(len(nodes)), counts)
+    kept = places >= lowest
+    starts = len(nodes) + 1 + np.cumsum(np.bincount(owner[kept] + 1, minlength=len(nodes) + 1))
+    return np.concatenate([starts, places[kept]]).astype(np.int32)
 
 
 def givers(start: np.ndarray, receivers: np.ndarray, count: int) -> np.ndarray:
@@ -88,6 +92,21 @@ def givers(start: np.ndarray, receivers: np.ndarray, count: int) -> np.ndarray:
     order = np.argsort(receivers, kind="stable")
     starts = count + 1 + np.searchsorted(receivers[order], np.arange(count + 1))
     return np.concatenate([starts, owner[order]]).astype(np.int32)
+
+
+def load_givers(data: np.ndarray) -> np.ndarray:
+    """Return what acts on each loaded node: start of each [nodes + 1], then entries and corners of faces, ascending.
+
+    data: of the loads (kernels/load_places.py); a corner has the number of entries + 4 face + corner.
+    """
+    nodes, entries, faces = (int(data[place]) for place in (NODES, ENTRIES, FACES))
+    first = HEAD + NODE * nodes
+    of_entries = data[first : first + ENTRY * entries].reshape(entries, ENTRY)[:, 0]
+    first += ENTRY * entries
+    of_corners = data[first : first + FACE * faces].reshape(faces, FACE)[:, 4:8]
+    owner = np.concatenate([of_entries, of_corners.reshape(-1)]).astype(np.int64)
+    starts = nodes + 1 + np.cumsum(np.bincount(owner + 1, minlength=nodes + 1))
+    return np.concatenate([starts, np.argsort(owner, kind="stable")]).astype(np.int32)
 
 
 def colour_lists(graph: ContactGraph, islands: Sequence[Island], pack_start: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from .packing import WIDTH
 
 REAL, WHOLE = 8, 4  # bytes of a number
 SEARCHED, KEPT = 5, 20  # vectors of the search for the stable step, and vectors that it keeps in 16 bits
+DAMPED = 4  # further vectors of the search with viscous contact cells, which keeps as many in 32 bits
 PLACES = 2**31 - 1  # numbers of an array: the kernels count them in 32 bits
 
 
@@ -57,8 +58,8 @@ class DeviceSize:
         return self.force + self.state + self.kept + self.search + self.transfer
 
 
-def device_size(cells: Sequence[Cells], nodes: int, plastic: bool = False) -> DeviceSize:
-    """Return what a domain of ordinary nodes takes; plastic: some of its cells flow."""
+def device_size(cells: Sequence[Cells], nodes: int, plastic: bool = False, viscous: bool = False) -> DeviceSize:
+    """Return what cells and nodes take; plastic: some of the cells flow; viscous: there are viscous contact cells."""
     corners = sum(part.lanes * part.corners for part in cells)
     own = sum(part.count * part.corners for part in cells)
     shapes = sum(part.lanes * part.shape for part in cells)
@@ -68,12 +69,15 @@ def device_size(cells: Sequence[Cells], nodes: int, plastic: bool = False) -> De
     ledger = lanes.DEVICE_ROWS * numbers * (threads // lanes.FOLD + lanes.FOLD + 1)
     wholes = corners + nodes + (nodes + 1 + own)  # connectivity, numbers of the nodes, corners of the nodes
     reals = position + nodes + memory + 3 * corners + numbers * threads + ledger
+    search = SEARCHED * 3 * REAL * nodes + KEPT * WHOLE * -(-3 * nodes // 2) + 3 * REAL * threads
+    if viscous:
+        search += (DAMPED * REAL + KEPT * WHOLE) * 3 * nodes + 4 * REAL * threads
     largest = max(REAL * max(position, 3 * nodes), WHOLE * (nodes + 1 + own), WHOLE * corners, REAL * ledger)
     return DeviceSize(
         force=REAL * reals + WHOLE * wholes,
         state=2 * 3 * REAL * nodes,
         kept=(2 * 3 * nodes + memory) * REAL,
-        search=SEARCHED * 3 * REAL * nodes + KEPT * WHOLE * -(-3 * nodes // 2) + 3 * REAL * threads,
+        search=search,
         transfer=max(largest, REAL * memory),
         places=max(3 * corners, position, memory),
     )

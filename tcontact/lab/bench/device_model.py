@@ -3,13 +3,17 @@
     time = sum over the launches of max(bytes / bandwidth, operations / rate) + launches * LAUNCH
 
 Bytes are those of planning/device_traffic.py. Operations of a cell are those that its machine code executes, counted
-by fake_cuda.sh (tests/test_cuda_counts.py); a fused multiply-add is one operation. Contact is not in it.
+by fake_cuda.sh (tests/test_cuda_counts.py); a fused multiply-add is one operation.
+
+With contact one block of threads more takes the boundary nodes, and the passes of the static solve: what it loads and
+stores, counted there too, passes through one of the processors alone. Its time is the least: all that it waits for, and
+its threads for each other, comes on top.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...mesh.elements import ELEMENTS, Element
 from ...planning.cell_shapes import STORED
@@ -18,6 +22,7 @@ from ...planning.device_traffic import Traffic, traffic
 from .columns import columns
 
 BANDWIDTH, RATE = 3.3e12, 1.4e13  # of an H100 [B/s], [f64 operations/s]
+PROCESSORS, ONE_BANDWIDTH = 132, 1.1e11  # of an H100; of one of them: 64 B in a clock of 1.755 GHz [B/s]
 LAUNCH = 3e-6  # between the starts of two short launches, about [s]
 SIZES = (32, 128, 256)
 VARIANTS = {  # kind of the benchmark -> element in the kernels
@@ -45,6 +50,40 @@ DIVISION = 10  # operations of a division or a root, about
 NODE_OPERATIONS, CORNER_OPERATIONS = 60, 3  # of a node, and for each of its corners
 
 
+class Counted(NamedTuple):
+    """Operations and bytes loaded and stored by one block of threads: of every contact node, and once."""
+
+    operations: float
+    moved: float
+    operations_once: float
+    moved_once: float
+
+    def seconds(self, nodes: int) -> float:
+        """Return the least time [s] for so many contact nodes."""
+        operations = self.operations * nodes + self.operations_once
+        return max((self.moved * nodes + self.moved_once) / ONE_BANDWIDTH, operations / (RATE / PROCESSORS))
+
+
+class Contact(NamedTuple):
+    """What contact adds to a step: its boundary nodes, a pass that solves, one that finds no more to do; launches."""
+
+    boundary: Counted
+    solving: Counted
+    judging: Counted
+    launches: int
+
+
+# of a cube of hexahedra on a plane that faces one side of it, by normal removal; a step has one pass of each sort
+CONTACT: Mapping[str, Contact] = {
+    "frictionless": Contact(
+        Counted(325, 2991, 55770, 732726), Counted(724, 4662, 33130, 1077834), Counted(137, 756, 0, 64866), 5
+    ),
+    "friction, viscous cells": Contact(
+        Counted(587, 4466, 73042, 1061785), Counted(736, 4799, 33221, 1077401), Counted(156, 903, 0, 64051), 6
+    ),
+}
+
+
 def model(kind: str, law: str, size: int) -> dict[str, Any]:
     """Return bytes and operations per cell of a cube of size^3 hexes, and the time of a step [s] by both limits."""
     count, nodes, moved = size**3 * len(_element(kind).in_box), (size + 1) ** 3, moved_bytes(kind, size)
@@ -55,6 +94,13 @@ def model(kind: str, law: str, size: int) -> dict[str, Any]:
         "operations_per_cell": operations,
         **_seconds(moved, operations, count, nodes, _element(kind).corners),
     }
+
+
+def contact_seconds(size: int, contact: str) -> tuple[float, float]:
+    """Return what contact adds to a step of a cube [s]: the least time of its one block, and that of its launches."""
+    own, nodes = CONTACT[contact], (size + 1) ** 2
+    block = sum(part.seconds(nodes) for part in (own.boundary, own.solving, own.judging))
+    return block, own.launches * LAUNCH
 
 
 def operations_of(kind: str, law: str) -> int | None:
@@ -107,4 +153,22 @@ def lines(found: Sequence[Mapping[str, Any]]) -> list[str]:
         f"MODEL, nothing measured: a step without contact on an H100 ({BANDWIDTH / 1e12:g} TB/s, {RATE:.2g} f64 op/s,"
         f" {1e6 * LAUNCH:g} us a launch); arrays read and written once a launch, operations where they were counted",
         *columns(table),
+        *_with_contact(found),
     ]
+
+
+def _with_contact(found: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the steps of hexahedra with contact as a table; nothing without hexahedra."""
+    own = [row for row in found if row["kind"] == "hex8"][: len(SIZES)]
+    if not own:
+        return []
+    table = []
+    for contact in CONTACT:
+        added = [contact_seconds(row["size"], contact) for row in own]
+        cells = {"contact": contact, "law": own[0]["law"]}
+        cells |= {
+            f"{row['size']}^3 ms": f"{1e3 * (row['step_s'] + sum(more)):.3g}"
+            for row, more in zip(own, added, strict=True)
+        }
+        table.append(cells | {"of it one block ms": f"{1e3 * added[-1][0]:.3g}"})
+    return ["", "the same with a contact face: at least", *columns(table)]

@@ -40,6 +40,11 @@ class Stepped(Protocol):
         """The friction layers; None without any."""
         ...
 
+    @property
+    def viscous_force(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:
+        """Function for the viscous force of contact cells [3n]; None without any."""
+        ...
+
 
 class BodyView:
     """Values of body `number` of a domain's state, in the numbering that each method names."""
@@ -60,17 +65,17 @@ class BodyView:
     @property
     def viscous_force(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:
         """Function for the viscous force [3n] of a small step [3n] from u [3n] times its duration; None without."""
-        serial = self.state.serial
-        if serial is None or not self.plan.viscous_cells:
+        of_domain = self.state.viscous_force
+        if of_domain is None or not self.plan.viscous_cells:
             return None
         if len(self.state.views) == 1:
-            return serial.viscous_force
+            return of_domain
         nodes, size = slice(3 * self._nodes.start, 3 * self._nodes.stop), 3 * len(self.state.domain.reference)
 
         def force(u: np.ndarray, step: np.ndarray) -> np.ndarray:
             whole = np.zeros((2, size))
             whole[0, nodes], whole[1, nodes] = u, step
-            return serial.viscous_force(*whole)[nodes]
+            return of_domain(*whole)[nodes]
 
         return force
 

@@ -12,6 +12,7 @@ from ...kernels.columns import group_size
 from ...kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_ROWS, GROUPS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...planning.domain import Domain
+from .device_loads import DeviceLoads
 from .device_step import DeviceSteps
 
 
@@ -32,7 +33,7 @@ class DeviceBoundarySteps(DeviceSteps):
         contact: ContactTerm | None,
         supports: Supports | None,
     ) -> None:
-        from ...kernels.language.bundles import Boundary, Contact, ContactOptions, Obstacles, Rows, System
+        from ...kernels.language.bundles import Boundary, Contact, ContactOptions, Launch, Obstacles, Rows, System
         from ...kernels.language.bundles import Supports as SupportArrays
         from ...kernels.language.signatures import arguments, signature_of
         from ...kernels.step import device_contact, device_control
@@ -46,11 +47,12 @@ class DeviceBoundarySteps(DeviceSteps):
             "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * self.width),
         }
         shared = {"sums": own["sums"], "shared": own["shared"]}
+        loads = self.loads = DeviceLoads(domain, force, u, boundary)
         options = (ContactOptions() if contact is None else contact.options)._replace(threads=BLOCK_THREADS)
         step = {
             "body": force.device_bundle()._replace(u=u, v=v, node_info=force.info, special_force=force.special_force),
             "lists": force.lists._replace(control=own["control"]),
-            "boundary": Boundary(**boundary.arguments(), sums=own["sums"]),
+            "boundary": Boundary(**boundary.arguments(), **loads.arguments(), sums=own["sums"]),
             "supports": SupportArrays()
             if supports is None
             else SupportArrays(**supports.arguments(), sums=own["sums"]),
@@ -58,12 +60,16 @@ class DeviceBoundarySteps(DeviceSteps):
             "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
             "contact": Contact(**({} if contact is None else contact.arguments()), **shared),
             "system": System(),
+            "launch": Launch(),
         }
         made = device_contact.make_device_contact_step
         has = True, supports is not None, bool(domain.driven), bool(domain.springs)
         signature = signature_of(step)
-        self._step = Prepared(made(domain.kinds, signature, force.threads, options, *has, **domain.options))
+        parts = domain.kinds, signature, force.threads, options, *has
+        self._step = Prepared(made(*parts, loaded=loads.name, **domain.options))
         self._arrays = arguments(step)
+        if loads.name:
+            self._keep(loads.kept)
         if contact is not None:
             self._keep([contact.candidates, *([contact.obstacles.records] if contact.obstacles.posed else [])])
             if contact.friction is not None:
@@ -85,4 +91,4 @@ class DeviceBoundarySteps(DeviceSteps):
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of the steps beside those of their terms."""
-        return [*super().owned(), *self._own.values()]
+        return [*super().owned(), *self._own.values(), *self.loads.owned()]

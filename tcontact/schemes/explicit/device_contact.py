@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...cells.device_force import DeviceForce
+from ...cells.device_viscosity import DeviceCellViscosity
 from ...contact.massless_contact import MasslessContactTerm
 from ...device import arrays
 from ...device.launch import Prepared
@@ -13,6 +14,7 @@ from ...kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_ROWS, GROUPS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...planning.device_lists import colour_lists, givers, parts_of, surface_corners, surface_threads
 from ...planning.domain import Domain
+from .device_loads import DeviceLoads
 from .device_step import DeviceSteps
 
 FEWEST_PASSES = 2  # of the static solve that a step of the first block offers
@@ -37,18 +39,20 @@ class DeviceContactSteps(DeviceSteps):
         contact: MasslessContactTerm,
         supports: Supports | None = None,
     ) -> None:
-        from ...kernels.language.bundles import Boundary, Contact, Obstacles, Pairs, Rows, System
+        from ...kernels.language.bundles import Boundary, Contact, Launch, Obstacles, Pairs, Rows, System
         from ...kernels.language.bundles import Supports as SupportArrays
         from ...kernels.language.signatures import arguments, signature_of
-        from ...kernels.step import device_contact, device_control
+        from ...kernels.step import device_contact, device_control, device_surface
 
-        super().__init__(force, u, v)
+        super().__init__(force, u, v, contact.viscous)
         self.names, self.contact = device_control, contact
         assert domain.contact is not None
         assert domain.contact.graph is not None
         solve, options = contact.static_solve, contact.options._replace(threads=BLOCK_THREADS)
         count, everyone = len(domain.contact.nodes), len(domain.boundary)
         self.width = group_size(*groups[groups.index("boundary") :])
+        self._cells = contact.cell_viscosity
+        self.boundary_nodes, self.inverse_mass = boundary.nodes, boundary.inverse_mass
         self.passes = FEWEST_PASSES
         colours = colour_lists(domain.contact.graph, solve.islands, arrays.get(solve.system["pack_start"]))
         own = self._own = {
@@ -58,13 +62,14 @@ class DeviceContactSteps(DeviceSteps):
             "residual_shares": arrays.zeros(3 * count),
             "colours": arrays.put(colours),
             "contact_parts": arrays.put(parts_of(force.packs, domain, contact=True)),
-            "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * self.width),
-            "corner_rows": arrays.put(surface_corners(arrays.get(force.node_corners), domain.contact.nodes)),
+            "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * self._row_width),
+            "corner_rows": arrays.put(self._corners(force, domain)),
         }
+        loads = self.loads = DeviceLoads(domain, force, u, boundary)
         lists = force.lists._replace(contact_parts=own["contact_parts"], control=own["control"])
         shares = {name: own[name] for name in ("sums", "shared", "residual_givers", "residual_shares")}
         common = {
-            "boundary": Boundary(**boundary.arguments(), sums=own["sums"]),
+            "boundary": Boundary(**boundary.arguments(), **loads.arguments(), sums=own["sums"]),
             "obstacles": Obstacles(**contact.obstacle_arguments()),
             "rows": Rows(**contact.row_arguments()),
             "contact": Contact(**contact.arguments(), **shares),
@@ -75,24 +80,33 @@ class DeviceContactSteps(DeviceSteps):
         if options.varied and options.static_friction:  # of rows that get a new partner in the solve
             surface = surface._replace(v=v)
         system = System(**solve.system, colours=own["colours"])
-        loads = System(stiffness=system.stiffness, settings=system.settings, stats=system.stats)
+        measures = System(stiffness=system.stiffness, settings=system.settings, stats=system.stats)
         held = SupportArrays() if supports is None else SupportArrays(**supports.arguments(), sums=own["sums"])
-        first = {"body": stepped, "lists": lists._replace(contact_parts=None), "boundary": common["boundary"]}
-        step = {**first, "supports": held, **common, "system": loads}
-        start = {"body": stepped, "lists": type(lists)(control=own["control"]), **common, "system": loads}
+        stepping, launch = lists._replace(contact_parts=None), Launch()
+        if self._cells is not None:
+            launch = Launch(viscous_cells=self._cells.data)
+            stepping, stepped = lists, stepped._replace(corner_rows=own["corner_rows"])
+            surface = surface._replace(node_info=force.info)
+        first = {"body": stepped, "lists": stepping, "boundary": common["boundary"]}
+        step = {**first, "supports": held, **common, "system": measures, "launch": launch}
+        controlled = type(lists)(control=own["control"])
+        start = {"body": stepped, "lists": controlled, **common, "system": measures, "launch": launch}
         kept = ("corner_forces", "contact_parts", "control")
         passed = type(lists)(**{name: getattr(lists, name) for name in kept})
         solved = {"body": surface, "lists": passed, **common, "pairs": Pairs(**solve.pairs), "system": system}
+        solved |= {"launch": launch}
         surfaces = {block.kind for block in domain.blocks if len(block.contact)}
         measured = tuple(i for i, kind in enumerate(domain.kinds) if kind in surfaces)
+        threads = surface_threads(force.packs)
         exact, options_of = contact.exact, domain.options
         made = device_contact.make_device_contact_step
         has = exact, supports is not None, bool(domain.driven), bool(domain.springs)
-        self._step = Prepared(made(domain.kinds, signature_of(step), force.threads, options, *has, **options_of))
+        cells = (measured, threads) if contact.viscous else ((), 0)
+        parts = domain.kinds, signature_of(step), force.threads, options, *has, *cells
+        self._step = Prepared(made(*parts, loaded=loads.name, **options_of))
         self._start = Prepared(device_contact.make_device_start(signature_of(start), options, exact))
-        threads = surface_threads(force.packs)
-        parts = domain.kinds, measured, signature_of(solved), threads, options, contact.plain
-        self._pass = Prepared(device_contact.make_device_pass(*parts))
+        of_pass = domain.kinds, measured, signature_of(solved), threads, options, contact.plain
+        self._pass = Prepared(device_contact.make_device_pass(*of_pass))
         self._arrays = tuple(arguments(bundles) for bundles in (step, start, solved))
         names = "values", "inverse", "stiffness", "stats"
         self._keep([contact.displacement_before, contact.active, *(solve.system[name] for name in names)])
@@ -100,6 +114,49 @@ class DeviceContactSteps(DeviceSteps):
         if contact.friction is not None:
             assert contact.rows is not None
             self._keep([contact.rows.values, contact.friction.data])
+        if loads.name:
+            self._keep(loads.kept)
+        if self._cells is not None:
+            self._keep([self._cells.data])
+            of_cells = surface._replace(corner_rows=None, rows=None)
+            alone = {"body": of_cells, "lists": type(lists)(contact_parts=own["contact_parts"]), "launch": launch}
+            made = device_surface.make_device_viscous_pass(domain.kinds, measured, signature_of(alone), threads)
+            self._viscous_pass, self._of_cells = Prepared(made), alone
+
+    @property
+    def _row_width(self) -> int:
+        """Numbers of a row that the device keeps: sums of the boundary nodes, then the power of viscous cells."""
+        return self.width + (self._cells is not None)
+
+    def _corners(self, force: DeviceForce, domain: Domain) -> np.ndarray:
+        """Return the corners of the contact nodes, with viscous cells those of their cells at all boundary nodes."""
+        places = arrays.get(force.node_corners)
+        if self._cells is not None:
+            return surface_corners(places, domain.boundary, self._cells.first_place())
+        assert domain.contact is not None
+        return surface_corners(places, domain.contact.nodes)
+
+    def viscous_force(self, u: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Viscous force [3n] of a small step [3n] to u [3n], times its length in time; 0 without viscous cells."""
+        return np.zeros_like(u) if self._cells is None else self._cells.product(u, step, self.measure_viscous)
+
+    def measure_viscous(self, present: arrays.Array) -> None:
+        """Put the viscous corner forces of a step that ends at the displacement `present` into those data."""
+        from ...kernels.language.signatures import arguments
+
+        body = self._of_cells["body"]._replace(u=present)
+        self._viscous_pass(*arguments(self._of_cells | {"body": body}))
+
+    @property
+    def cells(self) -> DeviceCellViscosity:
+        """The viscous contact cells, where there are any."""
+        assert isinstance(self._cells, DeviceCellViscosity)
+        return self._cells
+
+    @property
+    def corner_rows(self) -> arrays.Array:
+        """Corners of the contact cells at every boundary node, with viscous ones."""
+        return self._own["corner_rows"]
 
     def begin(self) -> None:
         """Bring the massless nodes to equilibrium at the start."""
@@ -137,9 +194,13 @@ class DeviceContactSteps(DeviceSteps):
             if control[names.WANTS] == names.A_LOOK:
                 break
         self.passes = max(1, int(control[names.MOST]))
-        boundary = control[names.DEVICE_CONTROL :].reshape(-1, self.width)[:taken]
-        return np.concatenate([self.force.ledger_rows(taken), boundary], axis=1)
+        boundary = control[names.DEVICE_CONTROL :].reshape(-1, self._row_width)[:taken]
+        found = self.force.ledger_rows(taken)
+        if self._cells is not None:  # no rate of theirs is watched: the search for the stable step knows them
+            viscous = np.stack([boundary[:, -1], np.zeros(taken)], axis=1)
+            found = np.insert(found, [self._places.cells.viscous_power] * 2, viscous, axis=1)
+        return np.concatenate([found, boundary[:, : self.width]], axis=1)
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of the steps beside those of their terms."""
-        return [*super().owned(), *self._own.values()]
+        return [*super().owned(), *self._own.values(), *self.loads.owned()]

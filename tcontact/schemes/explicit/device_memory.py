@@ -25,7 +25,7 @@ def domain_size(domain: Domain) -> DeviceSize:
     from ...kernels.materials import LAWS
 
     kept = {kind: FUNCTIONS[kind[0]].points * len(LAWS[kind[1]].state) for kind in domain.kinds}
-    return device_size(cells_of(domain, kept), len(domain.reference), domain.plastic)
+    return device_size(cells_of(domain, kept), len(domain.reference), domain.plastic, domain.viscous_cells)
 
 
 def _domain_bytes(planned: Plan, domain: Domain) -> int:

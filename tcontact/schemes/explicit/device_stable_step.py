@@ -1,7 +1,7 @@
 """The search for the stable step on a GPU: the vectors stay there, the host reads a few numbers at the end.
 
-It does what `StableSteps` does for bodies without penalties, periodic images and viscous contact cells, with the same
-products and the same first vector.
+It does what `StableSteps` does for bodies without penalties and periodic images, with the same products and the same
+first vector; that with viscous contact cells follows in `device_damped_step`.
 """
 
 from __future__ import annotations
@@ -14,18 +14,23 @@ import numpy as np
 from ...cells.device_force import DeviceForce
 from ...device import arrays
 from ...device.launch import Prepared
+from .device_damped_step import DeviceDampedStep, ViscousPass
 from .stable_step import DIFFERENCE, PRODUCTS, StableStep, StableSteps, has_next, with_viscosity
 
 if TYPE_CHECKING:
     from .stable_step import ForcePass
 
 
-def stable_steps(force: ForcePass, bodies: Sequence[StableStep]) -> StableSteps:
-    """Return the search of a domain: on the GPU if its force pass is there and the bodies are plain."""
-    plain = all(body.penalty is None and body.plan.images is None and body.damping is None for body in bodies)
+def stable_steps(force: ForcePass, bodies: Sequence[StableStep], viscous: ViscousPass | None = None) -> StableSteps:
+    """Return the search of a domain: on the GPU if its force pass is there and the bodies are plain.
+
+    viscous: pass over viscous contact cells there, if there are any.
+    """
+    plain = all(body.penalty is None and body.plan.images is None for body in bodies)
     plain = plain and all(body.plan.viscosity is None for body in bodies)
+    plain = plain and (viscous is not None or all(body.damping is None for body in bodies))
     if isinstance(force, DeviceForce) and plain:
-        return DeviceStableSteps(force, bodies)
+        return DeviceStableSteps(force, bodies, viscous)
     return StableSteps(force, bodies)
 
 
@@ -35,7 +40,7 @@ class DeviceStableSteps(StableSteps):
     start: the mode found last, or the first vector; searched: whether there was a search.
     """
 
-    def __init__(self, force: DeviceForce, bodies: Sequence[StableStep]) -> None:
+    def __init__(self, force: DeviceForce, bodies: Sequence[StableStep], viscous: ViscousPass | None = None) -> None:
         from ...kernels.step.device_lanczos import ENTRY, SUMS, make_lanczos
 
         self.force, self.bodies, self._mass = force, bodies, force.mass
@@ -54,6 +59,9 @@ class DeviceStableSteps(StableSteps):
         self._width = ENTRY * (PRODUCTS + 1) + SUMS
         partial, numbers = arrays.zeros(SUMS * force.threads), arrays.zeros(len(bodies) * self._width)
         self._scratch = [here, current, partial, numbers]
+        self._damped: DeviceDampedStep | None = None
+        if viscous is not None and any(body.damping is not None for body in bodies):
+            self._damped = DeviceDampedStep(force, viscous, self.trial, self.answer, PRODUCTS)
         self._kernels = {name: Prepared(kernel) for name, kernel in make_lanczos(force.threads).items()}
 
     def _ranges(self) -> list[tuple[int, int]]:
@@ -80,6 +88,10 @@ class DeviceStableSteps(StableSteps):
             before, current = current, before
         self._take(counts)
         self.searched = True
+        for body, (first, end) in zip(self.bodies, self._ranges(), strict=True):
+            if self._damped is not None and body.damping is not None:
+                nodes = first // 3, end // 3
+                body.take_damped(self._damped.search(body.damping, nodes, u, here, body.elastic, products))
         return min(with_viscosity(body.elastic, 0.0, body.damped) for body in self.bodies)
 
     def _first_vectors(self, here: arrays.Array, current: arrays.Array) -> None:

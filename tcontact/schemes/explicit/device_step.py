@@ -18,10 +18,10 @@ from ..sensors import sensed
 def steps_on_device(scene: Scene, domain: Domain, arch: str | None = None) -> bool:
     """Return whether threads of a GPU step a domain: its nodes, supports and contact.
 
-    Supports and springs are of all kinds, contact is that with obstacles at rest or in prescribed motion, with or
-    without friction. Other contact, friction layers, viscous contact cells, loads other than constant gravity, rigid
-    parts, periodic bodies, bulk viscosity, node-averaged cells and probes are stepped by the kernels of the CPU, which
-    run on a GPU too, slowly. arch: the backend, None = the one in use.
+    Supports, springs and loads are of all kinds but own forces of the user, contact is that with obstacles at rest or
+    in prescribed motion, with or without friction. Other contact, friction layers, own forces, rigid parts, periodic
+    bodies, bulk viscosity, node-averaged cells and probes are stepped by the kernels of the CPU, which run on a GPU
+    too, slowly. arch: the backend, None = the one in use.
     """
     from ...kernels.elements import FUNCTIONS
 
@@ -29,7 +29,9 @@ def steps_on_device(scene: Scene, domain: Domain, arch: str | None = None) -> bo
         return False
     if not _boundary_on_device(scene, domain) or domain.images is not None:
         return False
-    if domain.rigid or domain.loaded or domain.viscosity is not None:
+    if domain.rigid or domain.viscosity is not None:
+        return False
+    if any(load.own for body in domain.bodies for load in body.body.loads):
         return False
     averaged = any(FUNCTIONS[element].averaged for element, _law in domain.kinds)
     return not averaged and not sensed(scene, domain.bodies)
@@ -44,7 +46,7 @@ def _boundary_on_device(scene: Scene, domain: Domain) -> bool:
         return True
     if not isinstance(scene.contact, MasslessContact | PenaltyContact | ImpulseContact) or not len(contact.nodes):
         return False
-    if domain.pairs or isinstance(scene.friction, FrictionLayer) or domain.viscous_cells:
+    if domain.pairs or isinstance(scene.friction, FrictionLayer):
         return False
     return not any(obstacle.free for obstacle in scene.obstacles)
 
@@ -54,17 +56,18 @@ class DeviceSteps:
 
     A block cannot stop at a row that the host must check. Instead the state at its start is kept on the device: if
     such a row is found at the end, the block is taken again up to this row, with the same bits.
+    viscous: its rows have the numbers of viscous cells.
     """
 
     name = "device-steps"
     rows_at_once = DEVICE_ROWS
 
-    def __init__(self, force: DeviceForce, u: arrays.Array, v: arrays.Array) -> None:
+    def __init__(self, force: DeviceForce, u: arrays.Array, v: arrays.Array, viscous: bool = False) -> None:
         self.force = force
         self._state: list[arrays.Array] = []
         self._kept: list[arrays.Array] = []
         self._keep([part for part in (u, v, force.memory) if part is not None])
-        self._places = raw_places(False, force.plastic)
+        self._places = raw_places(viscous, force.plastic)
 
     def _keep(self, parts: list[arrays.Array]) -> None:
         """Let a block start from these arrays too, of which it needs a copy."""

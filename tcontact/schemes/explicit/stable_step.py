@@ -247,10 +247,14 @@ class StableStep:
             largest /= beta
         self.start = keep.sum(self.conclude(alphas, betas), before)
         if self.damping is not None:
-            self.damped = SAFETY * (yield from self.damping.search(u, here, self.elastic, products))
-            if self.spring_rate > 0.0:  # 4 dt/damped + dt^2 spring_rate = 4
-                rate = 1.0 / self.damped
-                self.damped = 2.0 / (rate + np.sqrt(rate**2 + self.spring_rate))
+            self.take_damped((yield from self.damping.search(u, here, self.elastic, products)))
+
+    def take_damped(self, limit: float) -> None:
+        """Set `damped` from the limit [s] of the body with the viscosity of its contact cells, without springs."""
+        self.damped = SAFETY * limit
+        if self.spring_rate > 0.0:  # 4 dt/damped + dt^2 spring_rate = 4
+            rate = 1.0 / self.damped
+            self.damped = 2.0 / (rate + np.sqrt(rate**2 + self.spring_rate))
 
 
 def has_next(alpha: float, first: float, beta: float) -> bool:

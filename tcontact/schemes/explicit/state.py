@@ -171,8 +171,11 @@ class DomainState:
         if self.driven is not None:
             self.driven.begin(dt)
             self._start_driven(self.driven.start_speeds)
-        if self.serial is not None and self.loads is not None:
+        if self.loads is not None:
             self.loads.start(self.u, self.start_velocity)
+        if isinstance(self.device, DeviceBoundarySteps | DeviceContactSteps) and self.loads is not None:
+            self.device.loads.start()
+        if self.serial is not None and self.loads is not None:
             self.internal_force.set_steps(0.0, 0.0, 0.0)
             self.serial.run(self.serial.names.LOADS, self.u, self.v, 0.0, 0.0, 0.0)
         if isinstance(self.device, DeviceContactSteps) and self.contact is not None:
@@ -223,9 +226,18 @@ class DomainState:
             rows = self.contact.obstacles.ask(time, steps[1], rows)
         return rows
 
+    @property
+    def viscous_force(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:
+        """Function for the viscous force [3n] of a small step [3n] from u [3n] times its duration."""
+        if isinstance(self.device, DeviceContactSteps):
+            return self.device.viscous_force
+        return None if self.serial is None else self.serial.viscous_force
+
     def searches(self, steps: Sequence[StableStep]) -> StableSteps:
         """Return the search for the stable step of its bodies together."""
-        return stable_steps(self.internal_force.without_boundary(), steps)
+        device = self.device
+        viscous = device if isinstance(device, DeviceContactSteps) and self.domain.viscous_cells else None
+        return stable_steps(self.internal_force.without_boundary(), steps, viscous)
 
     def over_ranks(self, values: np.ndarray) -> np.ndarray:
         """Return the largest values [.., bodies] over all ranks that have parts of the bodies; here there is one."""
@@ -348,7 +360,7 @@ class DomainState:
         if self.sensors is not None:
             result["sensors"] = arrays.size_in_bytes(self.sensors.owned())
         friction = None if self.contact is None else self.contact.friction
-        cells = None if self.serial is None else self.serial.cells
+        cells = self.contact.cell_viscosity if isinstance(self.contact, MasslessContactTerm) else None
         for term in (
             self.internal_force,
             self.boundary_nodes,
