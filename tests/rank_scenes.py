@@ -157,14 +157,23 @@ def burst():
     return tc.Scene([swaying], duration=9e-3)
 
 
+def uneven(x):
+    """Velocity of a foot that arrives in parts."""
+    still = np.zeros(len(x))
+    return np.stack([still + 1.0, still, 300.0 * (x[:, 0] - 0.05) * np.cos(60.0 * x[:, 1]) - 8.0], axis=1)
+
+
 def halves():
-    """Ranks share the contact of two bodies with a plane that swings: hexahedra, and tetrahedra held on a side."""
+    """Ranks share the contact of two bodies with a plane that swings: hexahedra, and tetrahedra held on a side.
+
+    The first one arrives unevenly and lifts off, so that nodes with and without contact act on each other.
+    """
     plane = tc.Plane(velocity=lambda t: (0.0, 0.0, 3.0 * np.sin(1e3 * t)))
     mesh = tc.box_mesh((0.05, 0.04, 0.06), (3, 3, 3), kind="tet4").translated((0.2, 0.0, 2e-4))
     small = tc.Body(mesh, LAWS["linear"], velocity=(0.0, 0.0, -6.0), contact="zmin", supports=[tc.Support("xmin", "x")])
     contact = tc.MasslessContact(removal="normal", tolerance=EXACT)
-    bodies = [block(counts=(6, 5, 3), contact="zmin"), small]
-    return tc.Scene(bodies, [plane], 1e-3, contact=contact, gravity=(0, 0, -9.81), damping=tc.MassDamping(50.0))
+    bodies = [block(counts=(6, 5, 3), contact="zmin", velocity=uneven), small]
+    return tc.Scene(bodies, [plane], 1.6e-3, contact=contact, gravity=(0, 0, -9.81), damping=tc.MassDamping(50.0))
 
 
 def walls():

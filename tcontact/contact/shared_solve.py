@@ -102,7 +102,7 @@ class SharedSolve:
         shared: SharedContact = domain.shared
         count = len(shared.nodes)
         self._scratch = arrays.zeros(rank_phases.CONTROL), arrays.zeros(rank_phases.MEASURED * count)
-        self._launch, self._parts = self._kernel(domain, boundary, sums)
+        self._launch, self._launch_sweep, self._parts = self._kernels(domain, boundary, sums)
         self._block, self._room = contact.block, len(contact.static_solve.system["stiffness"])
         places = Places(team, domain, contact, self._room)
         self._islands = [places.island(number, own) for number, own in enumerate(teams)]
@@ -117,8 +117,10 @@ class SharedSolve:
         """Settings [islands, SETTINGS] of the solve."""
         return np.asarray(self.contact.static_solve.system["settings"]).reshape(-1, self.names.SETTINGS)
 
-    def _kernel(self, domain: Domain, boundary: BoundaryNodes, sums: arrays.Array) -> tuple[Prepared, tuple]:
-        """Make the kernel of the phases and the arrays of its launches, behind those of the force pass."""
+    def _kernels(
+        self, domain: Domain, boundary: BoundaryNodes, sums: arrays.Array
+    ) -> tuple[Prepared, Prepared, tuple[tuple, tuple]]:
+        """Make the kernels of the phases and of the sweeps, and the arrays of both, behind those of the force pass."""
         from ..kernels.language.bundles import (
             PAIR_LISTS,
             Boundary,
@@ -152,12 +154,13 @@ class SharedSolve:
             "system": bundles["system"],
             "launch": RankLaunch(self._scratch[0]),
         }
-        self._sweeps = Prepared(make_rank_sweep(signature_of(of_sweeps), contact.options)), arguments(of_sweeps)
+        sweep = make_rank_sweep(signature_of(of_sweeps), contact.options)
         if len(arguments(bundles)) > MOST:
             lists = arrays.put(joined([arrays.get(solve.pairs[name]) for name in PAIR_LISTS]))
             bundles["pairs"] = JointPairs(lists, solve.pairs["shape_gradients"], solve.pairs["values"])
         kernel = make_rank_solve(signature_of(bundles), domain.kinds, contact.options, contact.plain)
-        return Prepared(kernel), arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
+        behind = arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
+        return Prepared(kernel), Prepared(sweep), (behind, arguments(of_sweeps))
 
     def hand_over(self) -> None:
         """Share out what the last solve has left unbalanced."""
@@ -167,7 +170,7 @@ class SharedSolve:
 
     def solve(self, u: arrays.Array, v: arrays.Array) -> None:
         """Bring the contact nodes to equilibrium at the displacement u [3n], in place."""
-        arguments = (*self.force.arguments(u, v), *self._parts)
+        arguments = (*self.force.arguments(u, v), *self._parts[0])
         first, left = 1.0, list(self._islands)
         while left:
             self.force.measure_surface(u, v)
@@ -268,14 +271,14 @@ class SharedSolve:
     def _sweep_once(self, island: SharedIsland, relaxation: float, backward: bool) -> float:
         """Update every node of an island once; return the largest defect [N] of this rank."""
         increments, defect = self.contact.static_solve.system["increment"], 0.0
-        control, at, (launch, parts) = self._scratch[0], self.phases, self._sweeps
+        control, at, parts = self._scratch[0], self.phases, self._parts[1]
         control[at.FACTOR], control[at.BACKWARD] = relaxation, backward
         order = range(len(island.colours))
         for colour in reversed(order) if backward else order:
             begin, end = island.colours[colour]
             if begin < end:
                 control[at.BEGIN_AT], control[at.END_AT] = begin, end
-                launch(*parts)
+                self._launch_sweep(*parts)
                 defect = max(defect, float(control[at.RESULT]))
             island.increments[colour].pass_on(increments)
         return defect
