@@ -48,7 +48,6 @@ STALLED = 0.7  # a sweep that leaves more than this ratio of a residual at round
 INTERVAL = 10.0  # sweeps between two checks of their progress
 SLOW = 0.1  # sweeps that leave more than this ratio of the residual over one interval are accelerated from then on
 EXTENSION = 50.0  # accelerated sweeps that are allowed after an interval that reduced the residual
-INCREMENTS = 3  # vectors kept: d, d after the pair of sweeps before, d where the last pair started
 LANE_NUMBERS = list(range(LANES))
 
 
@@ -56,13 +55,28 @@ LANE_NUMBERS = list(range(LANES))
 def prepare(contact: ti.template(), system: ti.template(), island, block: ti.template()):
     """Set `response` of every node of an island with a single row per node: D^-1 n and 1/(n D^-1 n + e)."""
     stride = system.stiffness.shape[0]
-    for k in range(first_node(contact, island), first_node(contact, island + 1)):
-        normal = entries(system.normals, k, stride, 0, block)
-        response = square(system.inverse, k, stride, block) @ normal
-        compliance = normal.dot(response) + contact.compliance[k]
-        for j in ti.static(range(block)):
-            system.response[j * stride + k] = response[j]
-        system.response[block * stride + k] = ti.select(compliance > 0.0, 1.0 / ti.max(compliance, 1e-300), 0.0)
+    lanes, zero = ti.Vector(LANE_NUMBERS), ti.Vector([0.0 for _ in range(LANES)])
+    for pack in range(first_pack(contact, island), first_pack(contact, island + 1)):
+        first = system.pack_start[pack]
+        count = system.pack_start[pack + 1] - first
+        normal = [load(system.normals, first + i * stride, LANES) for i in range(block)]
+        compliance = zero
+        for i in ti.static(range(block)):
+            response = load(system.inverse, first + i * block * stride, LANES) * normal[0]
+            for j in ti.static(range(1, block)):
+                response += load(system.inverse, first + (i * block + j) * stride, LANES) * normal[j]
+            compliance += normal[i] * response
+            keep(system, first + i * stride, lanes < count, response)
+        compliance += ti.Vector([contact.compliance[first + ti.min(lane, count - 1)] for lane in range(LANES)])
+        positive = compliance > 0.0
+        inverse = ti.select(positive, 1.0 / ti.select(positive, compliance, zero + 1.0), zero)
+        keep(system, first + block * stride, lanes < count, inverse)
+
+
+@ti.func
+def keep(system: ti.template(), place, inside, values):
+    """Store numbers of the nodes of a pack in `response`, without the lanes beyond it."""
+    store(system.response, place, ti.select(inside, values, load(system.response, place, LANES)), LANES)
 
 
 @ti.func
@@ -215,9 +229,9 @@ def sweep_together(contact: ti.template(), rows: ti.template(), system: ti.templ
 
 @ti.func
 def clear(contact: ti.template(), system: ti.template(), island):
-    """Set d and the vectors kept for the acceleration to 0 in an island."""
+    """Set d to 0 in an island; `extrapolate` sets the vectors kept for the acceleration before they are read."""
     stride, begin = system.stiffness.shape[0], first_node(contact, island)
-    for component in range(ti.static(INCREMENTS * contact.options.block)):
+    for component in range(ti.static(contact.options.block)):
         for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
             system.increment[component * stride + begin + item(contact, turn)] = 0.0
     meet(contact)
