@@ -217,20 +217,9 @@ def make_serial_step(
                 layer_slip(body, boundary, contact, rows, damped)
 
     @ti.func
-    def kick(
-        body: ti.template(),
-        boundary: ti.template(),
-        supports: ti.template(),
-        obstacles: ti.template(),
-        rows: ti.template(),
-        coupling: ti.template(),
-        contact: ti.template(),
-        pairs: ti.template(),
-        system: ti.template(),
-        rigid: ti.template(),
-        control: ti.template(),
-        number,
-    ):
+    def kick(body: ti.template(), boundary: ti.template(), supports: ti.template(), obstacles: ti.template(),
+             rows: ti.template(), coupling: ti.template(), contact: ti.template(), pairs: ti.template(),
+             system: ti.template(), rigid: ti.template(), control: ti.template(), number):  # fmt: skip
         if ti.static(kick_has_friction):
             if ti.static(coupled):
                 kick_pair_friction(body, boundary, contact, rows, coupling, damped)
@@ -266,15 +255,8 @@ def make_serial_step(
             note_slip(body, boundary, obstacles, rows, coupling, contact)
 
     @ti.func
-    def place(
-        body: ti.template(),
-        obstacles: ti.template(),
-        rows: ti.template(),
-        contact: ti.template(),
-        viscous_cells: ti.template(),
-        control: ti.template(),
-        start,
-    ):
+    def place(body: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(),
+              viscous_cells: ti.template(), control: ti.template(), start):  # fmt: skip
         if ti.static(options.obstacle_slots == MAXIMUM_SLOTS):
             choose_candidates(obstacles, contact, body.u)
         before, after = control[BEFORE], control[AFTER]

@@ -114,9 +114,10 @@ class RankState(DomainState):
         net = loads - force[rows] - rate * mass * v
         velocity = v + kick / (1.0 + rate * kick) * self._guest_inverse * net
         momentum = mass * velocity
-        moments = (self._guest_start + u).T @ momentum
+        # no products of BLAS, whose threads would wait for each other on cores that other ranks use
+        moments = np.einsum("ni,nj->ij", self._guest_start + u, momentum)
         spin = [moments[one, other] - moments[other, one] for one, other in ((1, 2), (2, 0), (0, 1))]
-        energies = 0.5 * np.vdot(momentum, velocity), np.vdot(loads, u)
+        energies = 0.5 * np.einsum("ni,ni->", momentum, velocity), np.einsum("ni,ni->", loads, u)
         return np.array([*energies, *momentum.sum(axis=0), *spin])
 
     def _present_loads(self) -> np.ndarray:
