@@ -67,25 +67,31 @@ def kick_friction(
 ):  # fmt: skip
     """Set the friction of the kick in all rows, and sum up its work."""
     early, late = 0.0, 0.0
-    own = turns(contact, node_count(contact))
-    if ti.static(contact.options.free and contact.options.threads > 1):  # one thread takes all, one after another
-        own = 0
-        if leader(contact) == 1:
-            own = node_count(contact)
-            settle_free_friction(body, boundary, contact, rows, obstacles, rigid, damped)
-    elif ti.static(contact.options.free):
-        settle_free_friction(body, boundary, contact, rows, obstacles, rigid, damped)
-    if ti.static(contact.options.recorded):
+    if ti.static(contact.options.free and contact.options.recorded):
         begin_kick(contact)
-    for turn in range(own):
-        k = turn
-        if ti.static(not contact.options.free):
-            k = item(contact, turn)
-        before, after, _change, slip = kick_friction_node(body, boundary, contact, rows, obstacles, rigid, damped, k)
+    if ti.static(contact.options.free):  # one thread takes all nodes, one after another
+        if leader(contact) == 1:
+            settle_free_friction(body, boundary, contact, rows, obstacles, rigid, damped)
+            for k in range(node_count(contact)):
+                before, after, _moved, far = kick_friction_node(
+                    body, boundary, contact, rows, obstacles, rigid, damped, k
+                )
+                if ti.static(contact.options.recorded):
+                    record_kick(contact, k, before, after, far)
+                early += before
+                late += after
+    else:
         if ti.static(contact.options.recorded):
-            record_kick(contact, k, before, after, slip)
-        early += before
-        late += after
+            begin_kick(contact)
+        for turn in range(turns(contact, node_count(contact))):
+            k = item(contact, turn)
+            before, after, _change, slip = kick_friction_node(
+                body, boundary, contact, rows, obstacles, rigid, damped, k
+            )
+            if ti.static(contact.options.recorded):
+                record_kick(contact, k, before, after, slip)
+            early += before
+            late += after
     works = over_threads(contact, [early, late], ("sum", "sum"))
     add_work(contact, works[0])
     contact.sums[SUMS.friction_after] = works[1]
