@@ -35,6 +35,12 @@ def rising(obstacle, speed):
     return dataclasses.replace(obstacle, velocity=(0.0, 0.0, speed))
 
 
+def free_ball(mesh, radius):
+    """A ball of 4 kg that spins and moves freely, 2 mm below the middle of a mesh."""
+    below = mesh.nodes.mean(axis=0) - (np.ptp(mesh.nodes[:, 2]) / 2 + radius + 2e-3) * DOWN
+    return tc.Sphere(tuple(below), radius, mass=4.0, angular_velocity=(0.0, 5.0, 0.0))
+
+
 def loaded(scene, *loads):
     """The scene with loads on its first body."""
     first, *others = scene.bodies
@@ -164,11 +170,12 @@ def pressed():
 
 
 def repelled():
-    """Contact by penalty with friction, and a top that a support holds."""
+    """Contact by penalty with friction, a top that a support holds, and a ball that moves freely."""
     mesh = block(cells=3, shake=0.1)
     body = tc.Body(mesh, LAW, (0.3 * SPEED, 0.0, -SPEED), contact=["zmin"], supports=[tc.Support("zmax", "y")])
     options = {"contact": tc.PenaltyContact(1e10), "friction": tc.Coulomb(0.2)}
-    return tc.Scene([body], [wall(mesh, DOWN, 2e-3)], 6e-3, **options), tc.CentralDifference(cfl=0.6)
+    obstacles = [wall(mesh, DOWN, 2e-3), free_ball(mesh, 0.1)]
+    return tc.Scene([body], obstacles, 6e-3, **options), tc.CentralDifference(cfl=0.6)
 
 
 def struck():
@@ -200,6 +207,28 @@ def spun():
     return dataclasses.replace(scene, obstacles=[rising(roller, 1.0)]), scheme
 
 
+def carried():
+    """A ball that moves freely below a block, with full removal and friction.
+
+    It ends before they part: a run lets its step grow at the end of a block of rows, which is longer on the CPU.
+    """
+    mesh = block(cells=3, shake=0.1)
+    body = tc.Body(mesh, LAW, (2.0 * SPEED, 0.0, -SPEED), contact=["zmin"])
+    options = {"contact": tc.MasslessContact(removal="full", tolerance=1e-10), "friction": tc.Coulomb(0.1)}
+    options |= {"gravity": (0.0, 0.0, -9.81)}
+    return tc.Scene([body], [free_ball(mesh, 0.3)], 1.3e-3, **options), tc.CentralDifference(cfl=0.6)
+
+
+def floated():
+    """Viscous contact cells and friction of the kick on a light plate that moves freely, beside a plane that rises."""
+    mesh = block(cells=3, shake=0.1)
+    body = tc.Body(mesh, LAW, (0.3 * SPEED, 0.0, -SPEED), contact=["zmin"])
+    plate = dataclasses.replace(wall(mesh, DOWN, 2e-3), mass=5.0, inertia=(0.1, 0.1, 0.2))
+    low = rising(wall(mesh, DOWN, 8e-3), 1.0)
+    options = {"contact": tc.MasslessContact(removal="normal"), "friction": tc.Coulomb(0.2)}
+    return tc.Scene([body], [plate, low], 1.5e-3, **options), tc.CentralDifference(cfl=0.6)
+
+
 def held():
     """Supports without contact, one that holds and one that moves, with damping, springs and dashpots; gravity and a
     force are functions of time."""
@@ -213,12 +242,12 @@ def held():
 
 
 FRICTIONLESS = (normal, full, linear, sprung, ball, corner, sagged, crushed, fast, pressed, held)
-WITH_FRICTION = (rubbed, wedged, crept, slowed, forged, repelled, struck, swept, spun)
+WITH_FRICTION = (rubbed, wedged, crept, slowed, forged, carried, floated, repelled, struck, swept, spun)
 RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION)
 SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION}
 
 # those that run with the threads in reversed order too
-REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held")
+REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held", "floated")
 COUNTED = ("normal", "wedged", "slowed", "repelled", "swept")  # those whose launches of a block are counted
 
 

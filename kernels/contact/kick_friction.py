@@ -14,7 +14,7 @@ from ..engine import ti
 from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 from ..language.counted import counted
 from ..language.entries import row
-from ..language.threads import item, over_threads, turns
+from ..language.threads import item, leader, over_threads, turns
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
 from .constraint_rows import friction_cone, normal_of, number_of, set_vector, vector_of, velocity_of
@@ -68,30 +68,53 @@ def kick_friction(
 ):  # fmt: skip
     """Set the friction of the kick in all rows, and sum up its work."""
     early, late = 0.0, 0.0
-    if ti.static(contact.options.free):
-        begin_free_friction(rigid, obstacles, rows, contact, body)
-        for k in range(node_count(contact)):
-            clear_node(contact, rows, k)
-        for _ in range(FREE_ROUNDS):
-            change, pressing = 0.0, 0.0
-            for k in range(node_count(contact)):
-                for p in ti.static(range(contact.options.slots)):
-                    pressing += number_of(rows, k * contact.options.slots + p, rows.at.pressing)
-                change += kick_friction_node(body, boundary, contact, rows, obstacles, rigid, damped, k)[2]
-            if change <= FREE_CHANGE * pressing:
-                break
-    if ti.static(contact.options.recorded):
+    if ti.static(contact.options.free and contact.options.recorded):
         begin_kick(contact)
-    for turn in range(turns(contact, node_count(contact))):
-        k = item(contact, turn)
-        before, after, _change, slip = kick_friction_node(body, boundary, contact, rows, obstacles, rigid, damped, k)
+    if ti.static(contact.options.free):  # one thread takes all nodes, one after another
+        if leader(contact) == 1:
+            settle_free_friction(body, boundary, contact, rows, obstacles, rigid, damped)
+            for k in range(node_count(contact)):
+                before, after, _moved, far = kick_friction_node(
+                    body, boundary, contact, rows, obstacles, rigid, damped, k
+                )
+                if ti.static(contact.options.recorded):
+                    record_kick(contact, k, before, after, far)
+                early += before
+                late += after
+    else:
         if ti.static(contact.options.recorded):
-            record_kick(contact, k, before, after, slip)
-        early += counted(contact, k) * before
-        late += counted(contact, k) * after
+            begin_kick(contact)
+        for turn in range(turns(contact, node_count(contact))):
+            k = item(contact, turn)
+            before, after, _change, slip = kick_friction_node(
+                body, boundary, contact, rows, obstacles, rigid, damped, k
+            )
+            if ti.static(contact.options.recorded):
+                record_kick(contact, k, before, after, slip)
+            early += counted(contact, k) * before
+            late += counted(contact, k) * after
     works = over_threads(contact, [early, late], ("sum", "sum"))
     add_work(contact, works[0])
     contact.sums[SUMS.friction_after] = works[1]
+
+
+@ti.func
+def settle_free_friction(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), obstacles: ti.template(),
+    rigid: ti.template(), damped: ti.template(),
+):  # fmt: skip
+    """Find the friction on obstacles that move freely, node after node, again and again."""
+    begin_free_friction(rigid, obstacles, rows, contact, body)
+    for k in range(node_count(contact)):
+        clear_node(contact, rows, k)
+    for _ in range(FREE_ROUNDS):
+        change, pressing = 0.0, 0.0
+        for k in range(node_count(contact)):
+            for p in ti.static(range(contact.options.slots)):
+                pressing += number_of(rows, k * contact.options.slots + p, rows.at.pressing)
+            change += kick_friction_node(body, boundary, contact, rows, obstacles, rigid, damped, k)[2]
+        if change <= FREE_CHANGE * pressing:
+            break
 
 
 @ti.func

@@ -4,8 +4,8 @@ After the loops over cells and ordinary nodes (device_step.py) one block takes t
 the CPU, whose loops its threads share (language/threads.py):
 
     viscous cells     with viscous contact cells: their force of the step that ends here, a thread per cell
-    boundary block    contact load lambda_k = max(0, nu.(f_k - f_ext,k)); friction; kick and drift;
-                      x_K predicted   (METHOD 2 and 3)
+    boundary block    contact load lambda_k = max(0, nu.(f_k - f_ext,k)); friction; kick and drift, of obstacles that
+                      move freely too; x_K predicted; loads of the next level   (METHOD 2 and 3)
     pass              force of the contact cells at x_K, a thread per cell; then one block: residual, tangent where it
                       is due, sweeps, x_K += B d; as often as the solve needs (static/control.py)
 
@@ -18,11 +18,12 @@ import functools
 from ..contact.cell_viscosity import POWER, RATE, viscous_load
 from ..contact.constraint_rows import hand_over, hand_over_friction
 from ..contact.contact_load import impulse_load, penalty_load
+from ..contact.free_obstacles import load_free_obstacles, place_free_obstacles
 from ..contact.friction import STEP, clear_work
 from ..contact.friction_laws import note_slip, set_coefficients
 from ..contact.kick_friction import kick_friction
 from ..contact.obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
-from ..contact.obstacles import set_pose
+from ..contact.obstacles import RECORD, set_pose
 from ..engine import ti
 from ..lanes import BLOCK_THREADS, DEVICE_BLOCK, GRAVITY, MAXIMUM_SLOTS
 from ..language.bundles import ContactOptions
@@ -33,6 +34,7 @@ from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
 from ..nodes.device_nodes import step_numbers
 from ..nodes.driven_supports import accelerate, move_on
 from ..nodes.loads import measure_loads
+from ..nodes.rigid_body import move_bodies
 from ..nodes.shared_loads import apply_shared_loads
 from ..nodes.springs import measure_springs, spring_forces
 from ..static.control import CONVERGED, MEASURE, NEXT, any_island
@@ -55,6 +57,7 @@ from .device_control import (
 )
 from .device_step import STEPS, make_loops
 from .device_surface import make_surface_cells
+from .shared_rigid_rate import measure_shared_rigid_rate
 
 CONTACT_STEPS = (*STEPS, "after")
 
@@ -114,7 +117,7 @@ def contact_load(
 @ti.func
 def friction_load(
     body: ti.template(), boundary: ti.template(), obstacles: ti.template(), rows: ti.template(),
-    contact: ti.template(), before, after, damped: ti.template(),
+    contact: ti.template(), rigid: ti.template(), before, after, damped: ti.template(),
 ):  # fmt: skip
     """Sum up the work of friction in the step that ends, and apply the friction of the kick to the contact nodes."""
     clear_work(contact)
@@ -124,8 +127,21 @@ def friction_load(
         first = ti.select(before > 0.0, 0, 1)
         set_coefficients(body, boundary, obstacles, rows, None, contact, 1, first, after)
     if ti.static(contact.options.kick_friction):
-        kick_friction(body, boundary, contact, rows, obstacles, None, damped)
+        kick_friction(body, boundary, contact, rows, obstacles, rigid, damped)
         hand_over_friction(body, contact, rows)
+
+
+@ti.func
+def load_freely(
+    body: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), pairs: ti.template(),
+    system: ti.template(), rigid: ti.template(), before,
+):  # fmt: skip
+    """Set the load of the obstacles that move freely, and their rate for the stable step."""
+    if leader(contact) == 1:
+        load_free_obstacles(rigid, obstacles, contact)
+    meet(contact)
+    count = obstacles.records.shape[0] // RECORD
+    measure_shared_rigid_rate(rigid, obstacles, rows, contact, pairs, system, body, before, count)
 
 
 @functools.cache
@@ -161,7 +177,8 @@ def make_device_contact_step(
     def boundary_block(
         offer: ti.template(), before: ti.template(), after: ti.template(), steps: ti.template(), body: ti.template(),
         lists: ti.template(), boundary: ti.template(), supports: ti.template(), obstacles: ti.template(),
-        rows: ti.template(), contact: ti.template(), system: ti.template(), launch: ti.template(),
+        rows: ti.template(), contact: ti.template(), pairs: ti.template(), system: ti.template(),
+        rigid: ti.template(), launch: ti.template(),
     ):  # fmt: skip
         ti.loop_config(block_dim=BLOCK_THREADS)
         for _ in range(BLOCK_THREADS):
@@ -180,9 +197,11 @@ def make_device_contact_step(
                 if ti.static(options.model != ""):
                     contact_load(own, boundary, obstacles, rows, contact, system, before, after)
                 if ti.static(options.friction != ""):
-                    friction_load(own, boundary, obstacles, rows, contact, before, after, damped)
+                    friction_load(own, boundary, obstacles, rows, contact, rigid, before, after, damped)
                 if ti.static(options.tracked):
-                    obstacle_loads(obstacles, rows, contact, None, own.u)
+                    obstacle_loads(obstacles, rows, contact, rigid, own.u)
+                if ti.static(options.free):
+                    load_freely(own, obstacles, rows, contact, pairs, system, rigid, before)
                 if ti.static(damped != ""):
                     damp(own, boundary, contact, damped)
                 if ti.static(has_springs):
@@ -194,6 +213,9 @@ def make_device_contact_step(
                 kick_and_drift(own, boundary, contact, loaded)
                 if ti.static(driven):
                     move_on(own, boundary, supports, contact, number)
+                if ti.static(options.free):
+                    if leader(contact) == 1:
+                        move_bodies(rigid, own, number + 1, damped, has_supports)
                 if ti.static(options.varied and not options.static_friction):
                     note_slip(own, boundary, obstacles, rows, None, contact)
                 meet(contact)
@@ -211,6 +233,10 @@ def make_device_contact_step(
                 if ti.static(options.posed):
                     if after > 0.0:
                         set_pose(obstacles, contact, number + 1)
+                if ti.static(options.free):
+                    if after > 0.0 and leader(contact) == 1:
+                        place_free_obstacles(rigid, obstacles)
+                    meet(contact)
                 if ti.static(options.model == "massless"):
                     if after > 0.0:
                         ratio = ti.select(before > 0.0, after / ti.max(before, 1e-300), 1.0)
@@ -226,7 +252,7 @@ def make_device_contact_step(
         kick_after: ti.template(), drift: ti.template(), g0: ti.template(), g1: ti.template(), g2: ti.template(),
         after: ti.template(), body: ti.template(), lists: ti.template(), boundary: ti.template(),
         supports: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(),
-        system: ti.template(), launch: ti.template(),
+        pairs: ti.template(), system: ti.template(), rigid: ti.template(), launch: ti.template(),
     ):  # fmt: skip
         steps = ti.static([kick_before, kick_after, drift, g0, g1, g2])
         for i in ti.static(range(len(kinds))):
@@ -235,8 +261,9 @@ def make_device_contact_step(
         for n in ti.static(range(len(measured))):
             viscous_loop(n, before, body, lists, launch)
         boundary_block(
-            offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, system, launch
-        )
+            offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, pairs, system,
+            rigid, launch,
+        )  # fmt: skip
 
     parts = {"options": options, "driven": driven}
     made = kernel_of(device_contact_step, signature, ("offer", "commit"), CONTACT_STEPS, **parts)

@@ -90,39 +90,69 @@ def add_node(
     system: ti.template(), body: ti.template(), k, r, p,
 ):  # fmt: skip
     """Add row r of node k to the bound of free obstacle p."""
-    x = position(contact.reference, k, body.u, contact.nodes[k])
-    arm = x - three(obstacles.records, RECORD * p + POINT)
+    arm = arm_of(obstacles, contact, body, k, p)
     if ti.static(contact.options.static_friction):
-        stiffness = 0.0
-        for e in range(pairs.row_start[k], pairs.row_start[k + 1]):
-            stiffness += summed(body, pairs, e, contact.options.block).norm()
+        stiffness = stiffness_of_all(contact, pairs, body, k)
         for j in ti.static(range(3)):
             axis = ti.Vector([1.0 if i == j else 0.0 for i in ti.static(range(3))])
             add_direction(rigid, p, arm, axis, stiffness)
     else:
-        normal = normal_of(rows, r)
-        stiffness = 0.0
-        if ti.static(contact.options.model == "massless"):
-            own = basis_of(contact.basis, k, contact.options.block).transpose() @ normal
-            for e in range(pairs.row_start[k], pairs.row_start[k + 1]):
-                stiffness += (summed(body, pairs, e, contact.options.block).transpose() @ own).norm()
-            if ti.static(contact.options.viscous):
-                stiffness = 2.0 * stiffness  # dt^2 K + 2 dt C instead of dt^2 K + dt C, which K holds
-        else:
-            stiffness = contact.penalty_stiffness[k]
+        normal, stiffness = normal_stiffness(rows, contact, pairs, body, k, r)
         add_direction(rigid, p, arm, normal, stiffness)
+
+
+@ti.func
+def arm_of(obstacles: ti.template(), contact: ti.template(), body: ti.template(), k, p):
+    """Return the arm [3] from the point of obstacle p to contact node k."""
+    x = position(contact.reference, k, body.u, contact.nodes[k])
+    return x - three(obstacles.records, RECORD * p + POINT)
+
+
+@ti.func
+def stiffness_of_all(contact: ti.template(), pairs: ti.template(), body: ti.template(), k):
+    """Return sum_j |K_kj| of node k."""
+    stiffness = 0.0
+    for e in range(pairs.row_start[k], pairs.row_start[k + 1]):
+        stiffness += summed(body, pairs, e, contact.options.block).norm()
+    return stiffness
+
+
+@ti.func
+def normal_stiffness(rows: ti.template(), contact: ti.template(), pairs: ti.template(), body: ti.template(), k, r):
+    """Return the normal [3] of row r of node k and sum_j |K_kj n|, or the stiffness of its penalty."""
+    normal = normal_of(rows, r)
+    stiffness = 0.0
+    if ti.static(contact.options.model == "massless"):
+        own = basis_of(contact.basis, k, contact.options.block).transpose() @ normal
+        for e in range(pairs.row_start[k], pairs.row_start[k + 1]):
+            stiffness += (summed(body, pairs, e, contact.options.block).transpose() @ own).norm()
+        if ti.static(contact.options.viscous):
+            stiffness = 2.0 * stiffness  # dt^2 K + 2 dt C instead of dt^2 K + dt C, which K holds
+    else:
+        stiffness = contact.penalty_stiffness[k]
+    return normal, stiffness
+
+
+@ti.func
+def mobility_of(rigid: ti.template(), p, arm, direction):
+    """Return g = M^-1/2 (n, r x n) of obstacle p, in its principal axes, as two vectors [3]."""
+    at = record_of(p)
+    axes = ti.Matrix([[rigid.values[at + AXES + 3 * i + j] for j in range(3)] for i in range(3)])
+    now = axes @ matrix_of(turn_of(rigid, at)).transpose()
+    moving, turning = now @ direction, now @ arm.cross(direction)
+    for j in ti.static(range(3)):
+        moving[j] = ti.sqrt(rigid.values[at + INVERSE_MASS]) * moving[j]
+        turning[j] = ti.sqrt(rigid.values[at + INVERSE_MOMENTS + j]) * turning[j]
+    return moving, turning
 
 
 @ti.func
 def add_direction(rigid: ti.template(), p, arm, direction, stiffness):
     """Add k g g^t with g = M^-1/2 (n, r x n), in the principal axes of the body."""
     at = record_of(p)
-    axes = ti.Matrix([[rigid.values[at + AXES + 3 * i + j] for j in range(3)] for i in range(3)])
-    now = axes @ matrix_of(turn_of(rigid, at)).transpose()
-    moving, turning = now @ direction, now @ arm.cross(direction)
+    moving, turning = mobility_of(rigid, p, arm, direction)
     for j in ti.static(range(3)):
-        rigid.values[at + DIRECTION + j] = ti.sqrt(rigid.values[at + INVERSE_MASS]) * moving[j]
-        rigid.values[at + DIRECTION + 3 + j] = ti.sqrt(rigid.values[at + INVERSE_MOMENTS + j]) * turning[j]
+        rigid.values[at + DIRECTION + j], rigid.values[at + DIRECTION + 3 + j] = moving[j], turning[j]
     for i in range(6):
         for j in range(6):
             product = stiffness * rigid.values[at + DIRECTION + i] * rigid.values[at + DIRECTION + j]

@@ -11,6 +11,7 @@ from ...device.launch import Prepared
 from ...kernels.columns import group_size
 from ...kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_ROWS, GROUPS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
+from ...nodes.rigid_bodies import RigidBodies
 from ...planning.domain import Domain
 from .device_loads import DeviceLoads
 from .device_step import DeviceSteps
@@ -32,8 +33,19 @@ class DeviceBoundarySteps(DeviceSteps):
         boundary: BoundaryNodes,
         contact: ContactTerm | None,
         supports: Supports | None,
+        rigid: RigidBodies | None = None,
     ) -> None:
-        from ...kernels.language.bundles import Boundary, Contact, ContactOptions, Launch, Obstacles, Rows, System
+        from ...kernels.language.bundles import (
+            Boundary,
+            Contact,
+            ContactOptions,
+            Launch,
+            Obstacles,
+            Pairs,
+            Rigid,
+            Rows,
+            System,
+        )
         from ...kernels.language.bundles import Supports as SupportArrays
         from ...kernels.language.signatures import arguments, signature_of
         from ...kernels.step import device_contact, device_control
@@ -59,7 +71,9 @@ class DeviceBoundarySteps(DeviceSteps):
             "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
             "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
             "contact": Contact(**({} if contact is None else contact.arguments()), **shared),
+            "pairs": Pairs(),
             "system": System(),
+            "rigid": Rigid() if rigid is None else Rigid(**rigid.arguments(), sums=own["sums"]),
             "launch": Launch(),
         }
         made = device_contact.make_device_contact_step
@@ -70,6 +84,9 @@ class DeviceBoundarySteps(DeviceSteps):
         self._arrays = arguments(step)
         if loads.name:
             self._keep(loads.kept)
+        if rigid is not None and contact is not None:
+            self.watch(groups)
+            self._keep([rigid.values, *([] if contact.obstacles.posed else [contact.obstacles.records])])
         if contact is not None:
             self._keep([contact.candidates, *([contact.obstacles.records] if contact.obstacles.posed else [])])
             if contact.friction is not None:

@@ -12,6 +12,7 @@ from ...device.launch import Prepared
 from ...kernels.columns import group_size
 from ...kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_ROWS, GROUPS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
+from ...nodes.rigid_bodies import RigidBodies
 from ...planning.device_lists import colour_lists, givers, parts_of, surface_corners, surface_threads
 from ...planning.domain import Domain
 from .device_loads import DeviceLoads
@@ -38,8 +39,9 @@ class DeviceContactSteps(DeviceSteps):
         boundary: BoundaryNodes,
         contact: MasslessContactTerm,
         supports: Supports | None = None,
+        rigid: RigidBodies | None = None,
     ) -> None:
-        from ...kernels.language.bundles import Boundary, Contact, Launch, Obstacles, Pairs, Rows, System
+        from ...kernels.language.bundles import Boundary, Contact, Launch, Obstacles, Pairs, Rigid, Rows, System
         from ...kernels.language.bundles import Supports as SupportArrays
         from ...kernels.language.signatures import arguments, signature_of
         from ...kernels.step import device_contact, device_control, device_surface
@@ -88,7 +90,12 @@ class DeviceContactSteps(DeviceSteps):
             stepping, stepped = lists, stepped._replace(corner_rows=own["corner_rows"])
             surface = surface._replace(node_info=force.info)
         first = {"body": stepped, "lists": stepping, "boundary": common["boundary"]}
-        step = {**first, "supports": held, **common, "system": measures, "launch": launch}
+        free, pairs = Rigid(), Pairs()
+        if rigid is not None:  # the rate of its obstacles needs the stiffness of the contact cells
+            free = Rigid(**rigid.arguments(), sums=own["sums"])
+            pairs = Pairs(**{name: solve.pairs[name] for name in ("row_start", "entries", "entry_pairs", "values")})
+        step = {**first, "supports": held, **common, "pairs": pairs, "system": measures, "rigid": free}
+        step |= {"launch": launch}
         controlled = type(lists)(control=own["control"])
         start = {"body": stepped, "lists": controlled, **common, "system": measures, "launch": launch}
         kept = ("corner_forces", "contact_parts", "control")
@@ -116,6 +123,10 @@ class DeviceContactSteps(DeviceSteps):
             self._keep([contact.rows.values, contact.friction.data])
         if loads.name:
             self._keep(loads.kept)
+        if rigid is not None:
+            self.watch(groups)
+            self._keep([rigid.values, *([] if contact.obstacles.posed else [contact.obstacles.records])])
+            self._keep([solve.pairs["values"]])
         if self._cells is not None:
             self._keep([self._cells.data])
             of_cells = surface._replace(corner_rows=None, rows=None)

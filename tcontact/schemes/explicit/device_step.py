@@ -6,7 +6,7 @@ import numpy as np
 
 from ...cells.device_force import DeviceForce
 from ...device import arrays, runtime
-from ...kernels.columns import raw_places
+from ...kernels.columns import RIGID, group_size, raw_places
 from ...kernels.lanes import DEVICE_ROWS
 from ...planning.domain import Domain
 from ...scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact
@@ -18,10 +18,10 @@ from ..sensors import sensed
 def steps_on_device(scene: Scene, domain: Domain, arch: str | None = None) -> bool:
     """Return whether threads of a GPU step a domain: its nodes, supports and contact.
 
-    Supports, springs and loads are of all kinds but own forces of the user, contact is that with obstacles at rest or
-    in prescribed motion, with or without friction. Other contact, friction layers, own forces, rigid parts, periodic
-    bodies, bulk viscosity, node-averaged cells and probes are stepped by the kernels of the CPU, which run on a GPU
-    too, slowly. arch: the backend, None = the one in use.
+    Supports, springs and loads are of all kinds but own forces of the user, contact is that with obstacles, with or
+    without friction. Pairs of bodies, friction layers, own forces, rigid parts, periodic bodies, bulk viscosity,
+    node-averaged cells and probes are stepped by the kernels of the CPU, which run on a GPU too, slowly. arch: the
+    backend, None = the one in use.
     """
     from ...kernels.elements import FUNCTIONS
 
@@ -29,7 +29,7 @@ def steps_on_device(scene: Scene, domain: Domain, arch: str | None = None) -> bo
         return False
     if not _boundary_on_device(scene, domain) or domain.images is not None:
         return False
-    if domain.rigid or domain.viscosity is not None:
+    if any(one.part is not None for one in domain.rigid) or domain.viscosity is not None:
         return False
     if any(load.own for body in domain.bodies for load in body.body.loads):
         return False
@@ -43,12 +43,10 @@ def _boundary_on_device(scene: Scene, domain: Domain) -> bool:
     if domain.mixed and len(domain.boundary):
         return False
     if contact is None:
-        return True
+        return not domain.rigid
     if not isinstance(scene.contact, MasslessContact | PenaltyContact | ImpulseContact) or not len(contact.nodes):
         return False
-    if domain.pairs or isinstance(scene.friction, FrictionLayer):
-        return False
-    return not any(obstacle.free for obstacle in scene.obstacles)
+    return not domain.pairs and not isinstance(scene.friction, FrictionLayer)
 
 
 class DeviceSteps:
@@ -68,6 +66,11 @@ class DeviceSteps:
         self._kept: list[arrays.Array] = []
         self._keep([part for part in (u, v, force.memory) if part is not None])
         self._places = raw_places(viscous, force.plastic)
+        self._rate_place: int | None = None
+
+    def watch(self, groups: tuple[str, ...]) -> None:
+        """Watch the rate of free obstacles in the rows, which have these groups of columns."""
+        self._rate_place = group_size(*groups[: groups.index("rigid")]) + RIGID.rigid_rate
 
     def _keep(self, parts: list[arrays.Array]) -> None:
         """Let a block start from these arrays too, of which it needs a copy."""
@@ -84,12 +87,13 @@ class DeviceSteps:
         jacobian: float = -np.inf,
         energy: float = np.inf,
         touching: float = np.inf,
+        rigid_rate: float = np.inf,
     ) -> np.ndarray:
         """Take steps and return the sums of their rows [done, numbers].
 
         kicks [s]: before, after, drift; steps [s]: those that end and start at the first row. The last row returned is
-        the first one with a det F of at most `jacobian`, an energy above `energy` [J] or more than `touching` nodes in
-        contact, if there is any.
+        the first one with a det F of at most `jacobian`, an energy above `energy` [J], more than `touching` nodes in
+        contact or a rate of free obstacles above `rigid_rate` [1/s^2], if there is any.
         """
         if rows > 1:
             for source, target in zip(self._state, self._kept, strict=True):
@@ -103,6 +107,8 @@ class DeviceSteps:
         if found.shape[1] > places.shared.contact_nodes:  # a domain without contact has no limit of them
             calm = calm & ~(found[:, places.shared.contact_nodes] > touching)
         calm = calm & (total <= energy)
+        if self._rate_place is not None:
+            calm = calm & (found[:, self._rate_place] <= rigid_rate)
         done = len(found) if calm.all() else int(np.argmin(calm)) + 1
         if done < len(found):
             for target, source in zip(self._state, self._kept, strict=True):

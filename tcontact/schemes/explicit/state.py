@@ -125,8 +125,8 @@ class DomainState:
             return DeviceSteps(force, self.u, self.v)
         parts = force, self.u, self.v, self.boundary_nodes
         if isinstance(self.contact, MasslessContactTerm):
-            return DeviceContactSteps(self.domain, self.groups, *parts, self.contact, self.supports)
-        return DeviceBoundarySteps(self.domain, self.groups, *parts, self.contact, self.supports)
+            return DeviceContactSteps(self.domain, self.groups, *parts, self.contact, self.supports, self.rigid)
+        return DeviceBoundarySteps(self.domain, self.groups, *parts, self.contact, self.supports, self.rigid)
 
     def _rigid_bodies(self) -> RigidBodies | None:
         """Make the rigid bodies, and place the obstacles among them."""
@@ -268,7 +268,8 @@ class DomainState:
         if self.device is not None:
             if self.contact is not None and steps[1] > 0.0:
                 self.contact.obstacles.move(np.cumsum([time, *[steps[1]] * rows]))
-            found = self.device.advance((kick_before, kick_after, drift), steps, rows, jacobian, energy, touching)
+            kicks = kick_before, kick_after, drift
+            found = self.device.advance(kicks, steps, rows, jacobian, energy, touching, rigid_rate)
             self._raw[: len(found), : found.shape[1]] = found
             return len(found)
         if self.domain.small and serial is not None:
