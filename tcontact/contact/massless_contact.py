@@ -97,13 +97,14 @@ class MasslessContactTerm(ContactTerm):
 
     def arguments(self) -> dict[str, arrays.Array]:
         """Return the arrays by the names of kernels/language/bundles.Contact."""
+        shares = {} if self.residual_shares is None else {"residual_shares": self.residual_shares}
         return super().arguments() | {
             "basis": self.basis,
             "compliance": self.compliance,
             "active": self.active,
             "displacement_before": self.displacement_before,
             "residual_receivers": self.residual_receivers,
-            "residual_shares": self.residual_shares,
+            **shares,
         }
 
     def owned(self) -> list[arrays.Array]:

@@ -26,7 +26,7 @@ from ..planning.partition.shared_contact import Lists, SharedContact
 from .massless_contact import MasslessContactTerm
 
 
-class Heirs:
+class ResidualShares:
     """Shares out what a static solve leaves unbalanced among the nodes that carry the mass of a contact node.
 
     f_j += sum over contact nodes k of rest_k / number of receivers of k,   j among these
@@ -38,12 +38,12 @@ class Heirs:
     def __init__(self, team: Team, shared: SharedContact) -> None:
         from scipy.sparse import csr_matrix
 
-        self.rows = shared.heirs
-        self.exchange = team.exchange(shared.heirs_shared)
-        givers, receivers = shared.pairs.T
+        self.rows = shared.receivers
+        self.exchange = team.exchange(shared.receivers_shared)
+        nodes, receivers = shared.pairs.T
         places = np.searchsorted(self.rows, receivers)
         size = len(self.rows), max(1, len(shared.nodes))
-        self._parts = csr_matrix((1.0 / shared.givers[givers], (places, givers)), shape=size)
+        self._parts = csr_matrix((1.0 / shared.receiver_counts[nodes], (places, nodes)), shape=size)
 
     def add(self, special_force: np.ndarray, rest: np.ndarray) -> None:
         """Add the shares of the forces [k, 3] [N] to `special_force` [s, 3]; without contact nodes [1, 3] zeros."""
@@ -79,7 +79,7 @@ class SharedIsland:
 class SharedSolve:
     """Solves for the contact nodes of a domain together with the other ranks that have some.
 
-    sums: of the step (kernels/columns.py); heirs: hands over what is left.
+    sums: of the step (kernels/columns.py); shares: hands over what is left.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class SharedSolve:
         boundary: BoundaryNodes,
         contact: MasslessContactTerm,
         sums: arrays.Array,
-        heirs: Heirs,
+        shares: ResidualShares,
         teams: Sequence[Team | None],
     ) -> None:
         from ..kernels.static import control as stats
@@ -98,7 +98,7 @@ class SharedSolve:
         from ..kernels.step import rank_phases
 
         self.names, self.rules, self.phases = stats, sweeps, rank_phases
-        self.force, self.contact, self.heirs = force, contact, heirs
+        self.force, self.contact, self.shares = force, contact, shares
         shared: SharedContact = domain.shared
         count = len(shared.nodes)
         self._scratch = arrays.zeros(rank_phases.CONTROL), arrays.zeros(rank_phases.MEASURED * count)
@@ -166,7 +166,7 @@ class SharedSolve:
         """Share out what the last solve has left unbalanced."""
         special = arrays.get(self.force.special_force).reshape(-1, 3)
         assert self.contact.residual_shares is not None
-        self.heirs.add(special, arrays.get(self.contact.residual_shares).reshape(-1, 3))
+        self.shares.add(special, arrays.get(self.contact.residual_shares).reshape(-1, 3))
 
     def solve(self, u: arrays.Array, v: arrays.Array) -> None:
         """Bring the contact nodes to equilibrium at the displacement u [3n], in place."""

@@ -58,10 +58,10 @@ class PartDomain(Domain):
 
     @property
     def residual_receivers(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return start [k + 1] of the receivers of all ranks; a shared contact has no list of them (`Heirs`)."""
+        """Return start [k + 1] of the receivers of all ranks; of a shared contact `ResidualShares` has the list."""
         if self.shared is None:
             return super().residual_receivers
-        return np.concatenate([[0], np.cumsum(self.shared.givers)]), np.zeros(0, dtype=np.int64)
+        return np.concatenate([[0], np.cumsum(self.shared.receiver_counts)]), np.zeros(0, dtype=np.int64)
 
     @property
     def few_contact_cells(self) -> bool:

@@ -111,9 +111,9 @@ class SharedContact:
     for every colour of the whole graph the first and last + 1 of the own nodes; copies: nodes of which others have
     copies; sent, received: nodes and ghosts (behind the nodes) whose increments go to others or come from them;
     rows_sent, rows_received: entries of rows that others own, and of own rows to which cells of others contribute;
-    pairs [p, 2]: contact node and receiver, a boundary node of the part, that this rank serves; givers [k]: number of
-    all receivers of a contact node; heirs [h]: boundary nodes of the part that receive something from some rank;
-    heirs_shared: those of which others have copies, as places in `heirs`.
+    pairs [p, 2]: contact node and receiver, a boundary node of the part, that this rank serves; receiver_counts [k]:
+    number of all receivers of a contact node; receivers [r]: boundary nodes of the part that receive something from
+    some rank; receivers_shared: those of which others have copies, as places in `receivers`.
     """
 
     nodes: np.ndarray
@@ -130,9 +130,9 @@ class SharedContact:
     rows_sent: Lists
     rows_received: Lists
     pairs: np.ndarray
-    givers: np.ndarray
-    heirs: np.ndarray
-    heirs_shared: Lists
+    receiver_counts: np.ndarray
+    receivers: np.ndarray
+    receivers_shared: Lists
 
 
 class ContactCut:
@@ -150,9 +150,9 @@ class ContactCut:
         self.number[self.nodes] = np.arange(len(self.nodes))
         self.rank_of_cells = self._rank_of_contact_cells()
         start, rows = domain.residual_receivers
-        self.givers = np.diff(start)
+        self.receiver_counts = np.diff(start)
         everyone = boundary_in_meshes(domain)
-        self.pairs = np.stack([np.repeat(self.nodes, self.givers), everyone[rows]], axis=1)
+        self.pairs = np.stack([np.repeat(self.nodes, self.receiver_counts), everyone[rows]], axis=1)
         self.server = receiver_ranks(self.blocks, self.rank, *self.pairs.T)
 
     def _rank_of_contact_cells(self) -> np.ndarray:
@@ -230,8 +230,8 @@ def shared_contact(
     row = np.full(len(cut.number), -1, dtype=np.int64)
     row[boundary] = np.arange(len(boundary))
     mine = cut.pairs[cut.server == own]
-    heirs = np.unique(row[cut.pairs[:, 1]])
-    heirs = heirs[heirs >= 0]
+    receivers = np.unique(row[cut.pairs[:, 1]])
+    receivers = receivers[receivers >= 0]
     return SharedContact(
         nodes,
         owned,
@@ -247,9 +247,9 @@ def shared_contact(
         sent,
         received,
         np.stack([place[cut.number[mine[:, 0]]], row[mine[:, 1]]], axis=1),
-        cut.givers[nodes],
-        heirs,
-        tuple((other, np.searchsorted(heirs, rows[np.isin(rows, heirs)])) for other, rows in shared),
+        cut.receiver_counts[nodes],
+        receivers,
+        tuple((other, np.searchsorted(receivers, rows[np.isin(rows, receivers)])) for other, rows in shared),
     )
 
 

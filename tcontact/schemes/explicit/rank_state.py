@@ -15,7 +15,7 @@ import numpy as np
 
 from ...base.errors import FunctionError
 from ...contact.massless_contact import MasslessContactTerm
-from ...contact.shared_solve import Heirs, SharedSolve
+from ...contact.shared_solve import ResidualShares, SharedSolve
 from ...device import arrays
 from ...device.team import Team
 from ...planning.measured import Layout, combined
@@ -68,13 +68,13 @@ class RankState(DomainState):
         self.place = np.empty(len(owned), dtype=np.int64)  # of every node of the whole domain among those gathered
         self.place[owned] = np.arange(len(owned))
         contact = self.contact
-        self.heirs = self._shared_contact()
+        self.residual_shares = self._shared_contact()
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
         self._rows = 1 if self._asks else int(team.smallest(len(self._raw)))
         self.touching, self.frees = team.any(self.touching), team.any(self.frees)
         self.views = [RankView(self, number) for number in range(len(part.bodies))]
 
-    def _shared_contact(self) -> Heirs | None:
+    def _shared_contact(self) -> ResidualShares | None:
         """Make what solves for contact nodes together with other ranks; return what hands over what is left.
 
         None where the first rank has the whole contact.
@@ -83,21 +83,21 @@ class RankState(DomainState):
         shared = domain.shared
         if shared is None:
             return None
-        heirs, teams = Heirs(team, shared), []
+        shares, teams = ResidualShares(team, shared), []
         for number, ranks in enumerate(shared.ranks):
             group = team.group(ranks) if len(ranks) > 1 else None
             if number in shared.islands:
                 teams.append(group)
         if isinstance(contact, MasslessContactTerm) and self.serial is not None and self.boundary_nodes is not None:
             parts = domain, self.internal_force, self.boundary_nodes, contact, self.serial.sums
-            self.serial.copies = SharedSolve(team, *parts, heirs, teams)
+            self.serial.copies = SharedSolve(team, *parts, shares, teams)
             self.contact_counts = team.gathered(np.array(shared.owned.sum())).astype(np.int64)
             owned = shared.nodes[shared.owned]
         else:
             self.contact_counts = team.gathered(np.array(0)).astype(np.int64)
             owned = np.zeros(0, dtype=np.int64)
         self.contact_place = np.argsort(team.joined(owned.astype(float), self.contact_counts))
-        return heirs
+        return shares
 
     def _add(self, special_force: arrays.Array) -> None:
         """Add the forces of the other ranks at shared nodes, and note what the kernel will count of guests."""
@@ -140,9 +140,9 @@ class RankState(DomainState):
 
     def _take_row(self, raw: np.ndarray, time: float, steps: tuple[float, float]) -> None:
         """Move the boundary nodes, and note the sums of the row without those of guests."""
-        if self.heirs is not None and self.contact is None:  # with contact the serial step does it
+        if self.residual_shares is not None and self.contact is None:  # with contact the serial step does it
             special = arrays.get(self.internal_force.special_force).reshape(-1, 3)
-            self.heirs.add(special, np.zeros((1, 3)))
+            self.residual_shares.add(special, np.zeros((1, 3)))
         super()._take_row(raw, time, steps)
         if len(self._guests):
             raw[self._counted_at] -= self._counted

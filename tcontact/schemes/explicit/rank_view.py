@@ -30,7 +30,7 @@ class Shared(Stepped, Protocol):
     team: Team
     own_views: list[BodyView]
     touching: bool
-    heirs: Any
+    residual_shares: Any
 
     def whole_contact(self, values: np.ndarray) -> np.ndarray:
         """Return values [k, ..] of the contact nodes of the whole domain from those of the ranks that share them."""
@@ -86,7 +86,7 @@ class RankView(BodyView):
 
     def massless_velocity(self, dt: float) -> np.ndarray | None:
         """Return the position difference over dt of the massless components [k, 3]; None without any."""
-        if self.state.heirs is None:
+        if self.state.residual_shares is None:
             return self._of_first(lambda own: own.massless_velocity(dt))
         contact = self.state.contact
         return self._of_contact(np.zeros((0, 3)) if contact is None else contact.velocity(self.state.u, dt))
@@ -117,13 +117,13 @@ class RankView(BodyView):
 
     def contact_areas(self) -> np.ndarray:
         """Return the area [n] [m^2] that the contact force on every node acts on, in the user's numbering; else 0."""
-        if self.state.heirs is not None:
+        if self.state.residual_shares is not None:
             return self.plan.contact_areas()
         return self._nodal(lambda own: own.contact_areas(), 0.0)
 
     def contact_node_force(self) -> np.ndarray:
         """Return the contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
-        if self.state.heirs is not None:
+        if self.state.residual_shares is not None:
             contact = self.state.contact
             return self._of_contact(np.zeros((0, 3)) if contact is None else contact.contact_node_forces())
         found = self._of_first(lambda own: own.contact_node_force())
@@ -148,7 +148,7 @@ class RankView(BodyView):
     def friction_fields(self) -> dict[str, np.ndarray]:
         """Return slip path [n] [m] and friction work [n] [J/m^2] of the nodes up to the last row; elsewhere 0."""
         names = ("slip_distance", "friction_work")
-        if self.state.heirs is not None:
+        if self.state.residual_shares is not None:
             contact = self.state.contact
             record = (
                 None if contact is None or contact.friction is None else np.stack(contact.friction.record(), axis=1)
