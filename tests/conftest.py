@@ -35,7 +35,9 @@ def pytest_configure(config):
     Compiled kernels are kept for the next run: all tests need many times Taichi's limit of 100 MB, above which every
     process that ends removes a quarter of the kernels.
     """
-    if not slow(config):
+    if slow(config):
+        os.environ["TCONTACT_SLOW"] = "1"  # for the processes that tests start
+    else:
         os.environ |= {name: "0" for name in SHORT if name not in os.environ}
     os.environ.setdefault("TI_OFFLINE_CACHE_MAX_SIZE_OF_FILES", str(2**31 - 1))
 

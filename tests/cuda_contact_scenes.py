@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 
 import numpy as np
 from oracle import meshes
@@ -243,8 +244,10 @@ def held():
 
 FRICTIONLESS = (normal, full, linear, sprung, ball, corner, sagged, crushed, fast, pressed, held)
 WITH_FRICTION = (rubbed, wedged, crept, slowed, forged, carried, floated, repelled, struck, swept, spun)
-RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION)
-SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION}
+# scenes that combine what others have term by term: with --slow alone, since each has kernels of its own
+COMBINED = () if os.environ.get("TCONTACT_SLOW", "0") not in ("", "0") else (linear, sagged, fast, rubbed, spun)
+RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION if scene not in COMBINED)
+SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION if scene not in COMBINED}
 
 # those that run with the threads in reversed order too
 REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held", "floated")
