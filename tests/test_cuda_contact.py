@@ -97,7 +97,7 @@ def test_stable_steps_with_viscous_cells_are_those_of_the_cpu(found):
 
 
 def test_steps_that_are_short_of_passes_take_those_of_the_next(found):
-    """The same bits where every step offers one pass, though most need two or more."""
+    """Runs in which every step offers one pass have the same bits, though most steps need two or more."""
     blocks = -(-int(found["full/steps"]) // DEVICE_ROWS)
     assert found["short/asked"] > 2 * blocks
     for key, values in found.items():

@@ -96,7 +96,7 @@ def test_bytes_written_are_those_that_are_stored(launches, kind):
 
 
 def test_bytes_of_the_one_block_are_those_of_the_model(tmp_path):
-    """Of the boundary nodes, and of passes that solve and that find no more to do; with friction and viscous cells."""
+    """The bytes of the boundary nodes, and of passes that solve or find no more to do; friction and viscous cells."""
     model = device_model.CONTACT["friction, viscous cells"]
     lines = [line for line in map(BLOCK.match, counted(tmp_path, CONTACT, str(SIZE), "friction")) if line]
     last = {
