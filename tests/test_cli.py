@@ -70,6 +70,16 @@ def test_the_first_line_comes_before_anything_is_compiled(monkeypatch, capsys, t
     assert capsys.readouterr().out == "bar-impact: 4 cells, 20 nodes, no frames\n"
 
 
+def test_what_a_command_leaves_is_not_looked_through_at_its_end():
+    """Objects that Python will not look at when the process ends, counted by what is called just before that."""
+    count = "atexit.register(lambda: print(gc.get_freeze_count()))"  # after what is registered later
+    code = (
+        f"import atexit, gc; {count}; from tcontact.commands.cli import main; main(['--version']); main(['--version'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert int(done.stdout.split()[-1]) > 10_000
+
+
 def test_info_draws_a_curve_in_a_line():
     line = info.sparkline(np.concatenate([np.zeros(60), np.linspace(0, 1, 60), np.full(60, np.nan)]), 30)
     assert len(line) == 30

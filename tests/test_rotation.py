@@ -76,6 +76,30 @@ def test_the_spin_of_any_motion_carries_its_angular_momentum():
     assert np.einsum("n,ni->i", mass, np.cross(arm, rigid)) == pytest.approx(wanted, rel=1e-9)
 
 
+@pytest.mark.parametrize(("held", "free"), [((), 6), ((("zmin", "z"),), 3), ((("zmin", "z"), ("xmin", "y")), 2)])
+def test_the_spin_is_that_of_the_nearest_rigid_motion_that_supports_leave_free(held, free):
+    """Least squares by hand: weighted velocities over the rigid motions without motion of the supported components."""
+    box, rng = tc.box_mesh((0.2, 0.3, 0.5), (2, 3, 4), "tet4"), np.random.default_rng(4)
+    nodes = box.nodes + np.array([3.0, -1.0, 2.0]) + rng.uniform(-0.01, 0.01, box.nodes.shape) * (not held)
+    mesh = tc.Mesh(nodes, box.cells, "tet4", face_sets=box.face_sets)
+    supports = [tc.Support(name, axes) for name, axes in held]
+    body = tc.Body(mesh, material(), velocity=rng.normal(size=nodes.shape), supports=supports)
+    mass = rng.uniform(0.5, 2.0, len(nodes))
+    arm = nodes - (mass @ nodes) / mass.sum()
+    motions = np.stack(
+        [*(np.broadcast_to(axis, arm.shape) for axis in np.eye(3)), *(np.cross(e, arm) for e in np.eye(3))]
+    )
+    _, sizes, ways = np.linalg.svd(np.vstack([motions[:, np.isfinite(body.prescribed)].T, np.zeros((6, 6))]))
+    basis = ways[sizes < 1e-9].T
+    assert basis.shape[1] == free
+    weight = np.sqrt(np.repeat(mass, 3))
+    found = np.linalg.lstsq(
+        weight[:, None] * (motions.reshape(6, -1).T @ basis), weight * body.initial_velocity.ravel()
+    )
+    wanted = (basis @ found[0])[3:]
+    assert spin(body, body.initial_velocity, nodes, mass) == pytest.approx(wanted, rel=1e-9, abs=1e-9)
+
+
 def test_supports_and_periodic_sides_hold_a_body():
     rate = np.array([1.0, 2.0, 3.0])
     field = {"velocity": lambda x: np.cross(rate, x)}

@@ -6,6 +6,7 @@ Exit code 0: all well; 1: a run or one of its checks failed; 2: bad usage (the m
 from __future__ import annotations
 
 import argparse
+import atexit
 import gc
 import logging
 import sys
@@ -56,9 +57,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def rare_collections() -> Iterator[None]:
-    """Let Python look for cyclic garbage rarely: tracing and imports make many objects that stay, and little of it."""
+    """Let Python look for cyclic garbage rarely: tracing and imports make many objects that stay, and little of it.
+
+    What is left when the process ends is not looked through: its memory goes with the process.
+    """
     before = gc.get_threshold()
     gc.set_threshold(max(before[0], OBJECTS) if before[0] else 0, *before[1:])
+    atexit.unregister(gc.freeze)  # once, however many commands a process runs
+    atexit.register(gc.freeze)
     try:
         yield
     finally:

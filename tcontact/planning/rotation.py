@@ -17,21 +17,23 @@ from .lumped_mass import NodeMasses
 FREE = 1e-9  # eigenvalue of the constraints, over the largest, below which a rigid motion is free
 
 
-def spin(body: Body, velocity: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Return the angular velocity [3] [rad/s] of a body with velocity [n, 3] [m/s] at positions nodes [n, 3] [m]."""
+def spin(body: Body, velocity: np.ndarray, nodes: np.ndarray, mass: np.ndarray | None = None) -> np.ndarray:
+    """Return the angular velocity [3] [rad/s] of a body with velocity [n, 3] [m/s] at positions nodes [n, 3] [m].
+
+    mass [n] [kg]: lumped mass of its nodes where it is known, else it is computed.
+    """
     if (velocity == velocity[:1]).all():
         return np.zeros(3)
-    mass = NodeMasses(body).total
+    mass = NodeMasses(body).total if mass is None else mass
     arm = nodes - (mass @ nodes) / mass.sum()
     size = float(np.abs(arm).max())
-    motions = _rigid_motions(arm / size)
-    free = _free_motions(body, motions)
+    arm /= size
+    free = _free_motions(body, arm)
     if free.shape[1] == 0:
         return np.zeros(3)
-    motions = motions @ free
-    gram = np.einsum("n,nic,nid->cd", mass, motions, motions)
-    right = np.einsum("n,nic,ni->c", mass, motions, velocity)
-    return np.asarray((free @ np.linalg.lstsq(gram, right, rcond=None)[0])[3:] / size)
+    gram, right = _moments(mass, arm, velocity)
+    motion = np.linalg.lstsq(free.T @ gram @ free, free.T @ right, rcond=None)[0]
+    return np.asarray((free @ motion)[3:] / size)
 
 
 def turns_freely(body: Body, nodes: np.ndarray) -> bool:
@@ -39,12 +41,28 @@ def turns_freely(body: Body, nodes: np.ndarray) -> bool:
     if body.images is None and np.isnan(body.prescribed).all():
         return True
     arm = nodes - nodes.mean(axis=0)
-    free = _free_motions(body, _rigid_motions(arm / float(np.abs(arm).max())))
+    free = _free_motions(body, arm / float(np.abs(arm).max()))
     return bool((np.abs(free[3:]) > 1e-6).any())
 
 
+def _moments(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return sum m G^T G [6, 6] and sum m G^T v [6] of the rigid motions G = `_rigid_motions` of all nodes.
+
+    They are the mass and the tensor of inertia tr(J) I - J with J = sum m r r^T, as arm [n, 3] is measured from the
+    centre of mass; momentum and angular momentum.
+    """
+    weighed = arm * mass[:, None]
+    second = arm.T @ weighed
+    gram = np.zeros((6, 6))
+    gram[:3, :3] = mass.sum() * np.eye(3)
+    gram[3:, 3:] = np.trace(second) * np.eye(3) - second
+    flow = weighed.T @ velocity  # sum m r v^T
+    turning = [flow[1, 2] - flow[2, 1], flow[2, 0] - flow[0, 2], flow[0, 1] - flow[1, 0]]
+    return gram, np.concatenate([mass @ velocity, turning])
+
+
 def _rigid_motions(arm: np.ndarray) -> np.ndarray:
-    """Return the velocities [n, 3, 6] of the nodes in the three translations and the three rotations."""
+    """Return the velocities [n, 3, 6] of nodes in the three translations and the three rotations."""
     motions = np.zeros((len(arm), 3, 6))
     motions[:, :, :3] = np.eye(3)
     for axis in range(3):
@@ -52,9 +70,11 @@ def _rigid_motions(arm: np.ndarray) -> np.ndarray:
     return motions
 
 
-def _free_motions(body: Body, motions: np.ndarray) -> np.ndarray:
-    """Return the rigid motions, columns [6, k], that supports and periodic sides leave free."""
-    rows = motions[np.isfinite(body.prescribed)]
+def _free_motions(body: Body, arm: np.ndarray) -> np.ndarray:
+    """Return the rigid motions, columns [6, k], that supports and periodic sides leave free; arm [n, 3]: of nodes."""
+    held = np.isfinite(body.prescribed)
+    nodes = np.flatnonzero(held.any(axis=1))
+    rows = _rigid_motions(arm[nodes])[held[nodes]]
     if body.images is not None:
         periodic = body.images.period > 0.0
         kept = periodic if periodic.sum() == 1 else np.zeros(3, dtype=bool)  # it may turn about the one period

@@ -71,7 +71,8 @@ class NormalWatch:
             state = run.states[number]
             body = run.scene.bodies[number]
             nodes = state.plan.to_user(state.plan.reference + state.latest())
-            turns = spin(body, state.plan.to_user(state.start_velocity), nodes)
+            mass = state.plan.to_user(state.plan.lumped)
+            turns = spin(body, state.plan.to_user(state.start_velocity), nodes, mass)
             if self._normal is not None:
                 turns = turns - (turns @ self._normal) * self._normal
             far = float(np.linalg.norm(turns)) * duration
