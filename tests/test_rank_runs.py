@@ -119,6 +119,14 @@ def test_a_shared_contact_takes_one_exchange_for_every_colour_of_a_sweep(togethe
     assert 0.5 * colours * sweeps < told["messages"] <= (colours + 0.5) * sweeps + 8 * steps + start
 
 
+def test_momentum_follows_the_impulses_where_a_shared_solve_leaves_forces_unbalanced(together):
+    """They are shared out over the ranks to the nodes that carry the mass of the contact nodes."""
+    known = np.load(together(2) / "loose" / "values.npz")
+    momentum, impulse = known["history momentum"], known["history impulse"]
+    assert known["history static_residual"].max() > 1e-5
+    assert np.abs(momentum - momentum[0] - impulse).max() < 1e-14 * np.abs(momentum).max()
+
+
 @pytest.mark.parametrize("name", ["normal", "metal"])
 def test_the_first_rank_writes_the_files_of_one_rank(alone, together, name):
     one, several = alone / name, together(2) / name
