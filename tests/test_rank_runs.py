@@ -16,8 +16,8 @@ from tcontact.planning.planning import plan
 
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
 CANCEL = {"contact_force": "pair_force:lower-upper", "impulse": "pair_force:lower-upper"}
-ON_TWO = [name for name in SCENES if name not in ("halves", "springy")]
-SEVERAL = {3: ("normal", "pair", "halves", "springy"), 4: ("free", "held", "halves")}
+ON_TWO = [name for name in SCENES if name not in ("halves", "springy", "knocked")]
+SEVERAL = {3: ("normal", "pair", "halves", "springy", "knocked"), 4: ("free", "held", "halves")}
 
 
 @pytest.fixture(scope="module")
