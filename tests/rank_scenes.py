@@ -190,10 +190,45 @@ def springy():
     return tc.Scene([block("neo", counts=(6, 4, 3), contact="zmin")], [tc.Plane()], 1e-3, contact=contact)
 
 
+def loose():
+    """Ranks share a contact whose static solve of a nonlinear law stops early, so that it leaves forces unbalanced."""
+    contact = tc.MasslessContact(removal="normal", tolerance=1e-2, sweeps=1)
+    return tc.Scene(
+        [block("neo", counts=(4, 4, 3), contact="zmin", velocity=uneven)], [tc.Plane()], 8e-4, contact=contact
+    )
+
+
+def foot(counts, at, **given):
+    """A second, smaller body of tetrahedra, held on a side."""
+    mesh = tc.box_mesh((0.05, 0.04, 0.06), counts, kind="tet4").translated(at)
+    return tc.Body(mesh, LAWS["linear"], velocity=(0.0, 0.0, -6.0), supports=[tc.Support("xmin", "x")], **given)
+
+
+def pressed():
+    """Ranks share a penalty that reaches every cell: friction in a corner, nodes that supports hold."""
+    planes = [tc.Plane(), tc.Plane((-1e-4, 0.0, 0.0), (1.0, 0.0, 0.0))]
+    body = block(contact=("zmin", "xmin"), counts=(2, 5, 4), velocity=(-5.0, 2.0, -8.0))
+    bodies = [body, foot((3, 3, 3), (0.2, 0.0, 2e-4), contact=("zmin", "xmin"))]
+    contact = tc.PenaltyContact(stiffness=2e10)
+    return tc.Scene(bodies, planes, 1e-3, contact=contact, friction=tc.Coulomb(0.3), gravity=(0.0, 0.0, -9.81))
+
+
+def knocked():
+    """Ranks share the impulses of a plane that swings, with friction."""
+    plane = tc.Plane(velocity=lambda t: (0.0, 0.0, 3.0 * np.sin(1e3 * t)))
+    body = block(counts=(6, 5, 3), contact="zmin", velocity=uneven)
+    return tc.Scene([body], [plane], 1e-3, contact=tc.ImpulseContact(), friction=tc.RegularizedCoulomb(0.4, 0.1))
+
+
 EVERY = (free, normal, corner, layered, pushed, impulses, held, pulled, adrift, pair, rigid, metal, sensed, mixed)
-EVERY = (*EVERY, crushed, burst, halves, walls, springy)
+EVERY = (*EVERY, crushed, burst, halves, walls, springy, loose, pressed, knocked)
 SCENES = {one.__name__: one for one in EVERY}
 SCHEMES = {"crushed": tc.CentralDifference(cfl=0.2), "burst": tc.CentralDifference(dt=1.7e-4)}
 REASONS = {"crushed": "inverted-cell", "burst": "diverged"}  # of the others: "finished"
-CONTACT_RANKS = {"halves": 4, "walls": 2, "springy": 3}  # of the others: as many as the model of the work says
+CONTACT_RANKS = {
+    "halves": 4,
+    "walls": 2,
+    "springy": 3,
+    "loose": 2,
+}  # of the others: as many as the model of the work says
 PRESSURES = ("normal", "pushed", "pair", "walls")  # their runs keep pressures, and so do one row at a time

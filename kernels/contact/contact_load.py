@@ -9,6 +9,7 @@ The contact nodes come first in the list of boundary nodes.
 
 from ..columns import SUMS
 from ..engine import ti
+from ..language.counted import counted
 from ..language.entries import row
 from ..language.threads import item, meet, sum_of, turns
 from ..nodes.boundary_nodes import symmetric
@@ -22,7 +23,8 @@ def penalty_load(contact: ti.template(), rows: ti.template()):
     """Set the penalty forces of all rows, and sum up their energy."""
     energy = 0.0
     for turn in range(turns(contact, node_count(contact))):
-        energy += penalty_node(contact, rows, item(contact, turn))
+        k = item(contact, turn)
+        energy += counted(contact, k) * penalty_node(contact, rows, k)
     contact.sums[SUMS.contact] = sum_of(contact, energy)
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ..contact.massless_contact import MasslessContactTerm
 from ..device import arrays
 from ..kernels.lanes import SWEEP_LANES
 from ..planning.domain import Domain
@@ -48,9 +49,11 @@ Form = Callable[[np.ndarray, np.ndarray, Held, Held], None]  # result, data of a
 def held(whole: Domain, part: DomainPart | None) -> Held | None:
     """Return the contact of a part of a domain, None: of all of it; None if it has no contact."""
     domain = whole if part is None else part.domain
-    if domain.contact is None or domain.contact.graph is None:
+    if domain.contact is None:
         return None
-    places = sweep_order(domain.contact.graph, domain.contact.block).entry_place
+    places = np.zeros(0, dtype=np.int64)
+    if domain.contact.graph is not None:
+        places = sweep_order(domain.contact.graph, domain.contact.block).entry_place
     shared = None if part is None else part.domain.shared
     if shared is not None:
         return Held(shared.nodes, shared.owned, shared.entries, shared.islands, places)
@@ -156,17 +159,20 @@ def _rows_of_owners(one: Held) -> np.ndarray:
 
 
 def _arrays(contact: Any, path: str) -> Iterator[tuple[str, arrays.Array, Form]]:
-    """Yield path, array and form of the state of massless contact."""
-    solve, block, slots, count = contact.static_solve, contact.block, contact.slots, len(contact.massless)
-    size = block * block
-    yield f"{path}.active", contact.active, Nodal(1)
+    """Yield path, array and form of the state of a contact."""
+    slots = contact.slots
+    count = len(arrays.get(contact.candidates)) // slots
     yield f"{path}.candidates", contact.candidates, Nodal(slots)
     yield f"{path}.contact_force", contact.contact_force, Nodal(3)
-    yield f"{path}.displacement_before", contact.displacement_before, Nodal(block)
-    yield f"{path}.static_solve.stats", solve.stats, OfIslands(solve.names.STATS)
-    yield f"{path}.static_solve.system.inverse", solve.system["inverse"], ByComponent(size)
-    yield f"{path}.static_solve.system.stiffness", solve.system["stiffness"], ByComponent(1)
-    yield f"{path}.static_solve.system.values", solve.system["values"], OfEntries(size)
+    if isinstance(contact, MasslessContactTerm):
+        solve, block = contact.static_solve, contact.block
+        size = block * block
+        yield f"{path}.active", contact.active, Nodal(1)
+        yield f"{path}.displacement_before", contact.displacement_before, Nodal(block)
+        yield f"{path}.static_solve.stats", solve.stats, OfIslands(solve.names.STATS)
+        yield f"{path}.static_solve.system.inverse", solve.system["inverse"], ByComponent(size)
+        yield f"{path}.static_solve.system.stiffness", solve.system["stiffness"], ByComponent(1)
+        yield f"{path}.static_solve.system.values", solve.system["values"], OfEntries(size)
     rows = f"{path}.rows.values"
     if contact.friction is not None:
         rows = f"{path}.friction.rows.values"

@@ -83,7 +83,7 @@ def simulate(
     Under `mpiexec -n P` the processes share the scene (docs/SCALING.md), and each of them returns the whole result.
     comm: the communicator of mpi4py whose processes do so, None = of all that the launcher has started. With
     `MPI.COMM_SELF` each process runs a scene of its own, in a folder of its own, with a part of a split communicator
-    several processes do. contact_ranks: how many of them share the static solve of massless contact, None = as many as
+    several processes do. contact_ranks: how many of them share the contact (docs/SCALING.md), None = as many as
     make the step short.
     Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
     second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a

@@ -236,17 +236,19 @@ def _contact(
     if contact is None:
         return None
     graph = contact.graph
-    if share is not None and graph is not None and contact.basis is not None:
-        none = np.zeros(0, dtype=np.int64)
-        graph, _ = graph_part(graph, share.nodes, np.zeros(len(share.nodes), dtype=bool), none, share.cells)
-        nodes = number[contact.nodes[share.nodes]]
+    if share is not None:
+        nodes, everyone = number[contact.nodes[share.nodes]], number[contact.all_nodes]
+        if graph is not None:
+            none = np.zeros(0, dtype=np.int64)
+            graph, _ = graph_part(graph, share.nodes, np.zeros(len(share.nodes), dtype=bool), none, share.cells)
+            graph = replace(graph, nodes=nodes, cells=cells)
         return replace(
             contact,
             nodes=nodes,
-            all_nodes=nodes,
+            all_nodes=everyone[everyone >= 0],
             areas=contact.areas[share.nodes],
-            basis=contact.basis[share.nodes],
-            graph=replace(graph, nodes=nodes, cells=cells),
+            basis=None if contact.basis is None else contact.basis[share.nodes],
+            graph=graph,
         )
     if graph is not None:
         graph = replace(graph, nodes=number[graph.nodes], cells=cells)

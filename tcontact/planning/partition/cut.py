@@ -22,10 +22,10 @@ import numpy as np
 from ...base.errors import InputError
 from ...mesh.geometry import Blocks, IntArray, cell_face_keys, cells_at
 
-EXTRA_WORK = {"normal": 4.0, "full": 7.0}  # work of a contact cell beside its own pass, in passes of a cell
+EXTRA_WORK = {"none": 0.0, "normal": 4.0, "full": 7.0}  # of a contact cell beside its own pass, in passes of a cell
 # of a shared contact, measured with 2 ranks on 2 cores: exchanges of a step, nearly all of them one for every colour of
 # a sweep; seconds of an exchange with its launch, and of the pass of a cell
-EXCHANGES = {"normal": 50, "full": 85}
+EXCHANGES = {"none": 0, "normal": 50, "full": 85}
 EXCHANGE, CELL = 60e-6, 110e-9
 FEWEST_SHARED = 4000  # contact nodes; fewer ones stay together, unless they leave no cells for the other ranks
 UNBALANCE = 10  # thousandths by which METIS may miss equal parts
@@ -36,13 +36,14 @@ def contact_ranks(cells: int, contact: int, nodes: int, ranks: int, removal: str
     """Return the number of ranks that share a contact: the one with the shortest step, 1 in case of doubt.
 
     cells: number of all cells; contact: of those with contact nodes; nodes: of the contact nodes; removal: "normal" or
-    "full"; others: number of cells that other ranks could have if the first one had the whole contact.
+    "full", "none" without a static solve; others: number of cells that other ranks could have if the first one had the
+    whole contact.
     """
     work = EXTRA_WORK[removal]
     mean, largest = (cells + work * contact) / ranks, (1.0 + work) * contact
     most = int(np.clip(np.ceil(largest / mean - 1e-9), 1, min(ranks, contact)))
     fits = others >= ranks - 1
-    if fits and nodes < FEWEST_SHARED:
+    if fits and nodes < FEWEST_SHARED and EXCHANGES[removal]:
         return 1
     times = [
         CELL * max(mean, largest / q) + (EXCHANGE * EXCHANGES[removal] if q > 1 else 0.0) for q in range(1, most + 1)

@@ -164,13 +164,10 @@ def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
 
 def shares_contact(domain: Domain, cut: np.ndarray) -> bool:
     """Return whether several ranks have contact cells; cut: what `cut_domain` returns."""
-    first = 0
-    for plan in domain.bodies:
-        graph = None if plan.contact is None else plan.contact.graph
-        if graph is not None and cut[first + plan.cell_order[graph.cells]].any():
-            return True
-        first += plan.body.mesh.cell_count
-    return False
+    if domain.contact is None:
+        return False
+    touching = _cells_at(mesh_blocks(domain), _marked(int(mesh_starts(domain)[-1]), [contact_in_meshes(domain)]))
+    return bool(cut[touching].any())
 
 
 def cut_domain(domain: Domain, scene: Scene, ranks: int, contact: int | None = None) -> np.ndarray:
@@ -187,6 +184,7 @@ def cut_domain(domain: Domain, scene: Scene, ranks: int, contact: int | None = N
         nodes = contact_in_meshes(domain)
         touching = _cells_at(blocks, _marked(count, [nodes]))
         cells, removal = sum(len(rows) for _, rows in blocks), "full" if domain.contact.block > 1 else "normal"
+        removal = "none" if domain.contact.graph is None else removal
         if contact is None:
             contact = contact_ranks(cells, len(touching), len(nodes), ranks, removal, cells - len(together))
         contact = min(contact, ranks, len(touching))

@@ -8,6 +8,8 @@ the graph of the whole contact, which every rank has planned:
     blocks of K_KK                    a row is summed by its owner, which then has all of it
     increments of a colour            from the owner to copies, and to ghosts, on which rows of other owners depend
     what a solve leaves unbalanced    shared out to the receivers of a node by the lowest rank with a cell at both
+
+Contact nodes with mass need none of these: every copy computes its own contact force from what all copies have alike.
 """
 
 from __future__ import annotations
@@ -33,10 +35,8 @@ Lists = tuple[tuple[int, np.ndarray], ...]  # for every other rank, ascending, p
 
 def hindrance(scene: Scene, domain: Domain) -> str:
     """Return what keeps the contact of a domain on one rank, or ""."""
-    model, contact = scene.contact, domain.contact
-    if not isinstance(model, MasslessContact) or contact is None or contact.graph is None:
-        return "contact nodes with mass"
-    if any(body.contact is not None and _is_held(body.contact) for body in domain.bodies):
+    contact = domain.contact
+    if contact is None or not len(contact.nodes):
         return "contact nodes that supports hold"
     if domain.pairs:
         return "pairs of bodies"
@@ -46,14 +46,21 @@ def hindrance(scene: Scene, domain: Domain) -> str:
         return "friction that varies"
     if domain.images is not None:
         return "periodic sides"
+    if scene.springs or any(body.rigid for body in domain.bodies):
+        return "springs or rigid parts"
+    return _hindrance_of_solve(scene, domain) if isinstance(scene.contact, MasslessContact) else ""
+
+
+def _hindrance_of_solve(scene: Scene, domain: Domain) -> str:
+    """Return what keeps the static solve of a domain on one rank, or ""."""
+    if any(body.contact is not None and _is_held(body.contact) for body in domain.bodies):
+        return "contact nodes that supports hold"
     if domain.viscous_cells:
         return "viscous contact cells"
     if domain.viscosity is not None and domain.plastic:
         return "bulk viscosity of metals"
     if projected(scene, domain.bodies):
         return "MPRGP"
-    if scene.springs or any(body.rigid for body in domain.bodies):
-        return "springs or rigid parts"
     return ""
 
 
@@ -106,14 +113,15 @@ class SharedContact:
     """The contact of a domain on one of the ranks that share it.
 
     nodes, owned [k]: as in `BodyShare`, of all bodies; ghosts [g]: numbers among the contact nodes of the whole domain;
-    graph: of these nodes; entries [e]: numbers of its entries in the whole graph; islands: for every island here its
-    number in the whole domain; ranks: for every island of the whole domain, the ranks that have a part of it; colours:
-    for every colour of the whole graph the first and last + 1 of the own nodes; copies: nodes of which others have
-    copies; sent, received: nodes and ghosts (behind the nodes) whose increments go to others or come from them;
-    rows_sent, rows_received: entries of rows that others own, and of own rows to which cells of others contribute;
-    pairs [p, 2]: contact node and receiver, a boundary node of the part, that this rank serves; receiver_counts [k]:
-    number of all receivers of a contact node; receivers [r]: boundary nodes of the part that receive something from
-    some rank; receivers_shared: those of which others have copies, as places in `receivers`.
+    graph: of these nodes, None without a static solve, for which the rest is; entries [e]: numbers of its entries in
+    the whole graph; islands: for every island here its number in the whole domain; ranks: for every island of the whole
+    domain, the ranks that have a part of it; colours: for every colour of the whole graph the first and last + 1 of the
+    own nodes; copies: nodes of which others have copies; sent, received: nodes and ghosts (behind the nodes) whose
+    increments go to others or come from them; rows_sent, rows_received: entries of rows that others own, and of own
+    rows to which cells of others contribute; pairs [p, 2]: contact node and receiver, a boundary node of the part, that
+    this rank serves; receiver_counts [k]: number of all receivers of a contact node; receivers [r]: boundary nodes of
+    the part that receive something from some rank; receivers_shared: those of which others have copies, as places in
+    `receivers`.
     """
 
     nodes: np.ndarray
@@ -143,13 +151,14 @@ class ContactCut:
 
     def __init__(self, domain: Domain, rank: np.ndarray) -> None:
         assert domain.contact is not None
-        assert domain.contact.graph is not None
         self.domain, self.rank, self.graph = domain, rank.astype(np.int64), domain.contact.graph
         self.blocks, self.nodes = mesh_blocks(domain), contact_in_meshes(domain)
         self.number = np.full(int(mesh_starts(domain)[-1]), -1, dtype=np.int64)
         self.number[self.nodes] = np.arange(len(self.nodes))
         self.rank_of_cells = self._rank_of_contact_cells()
-        start, rows = domain.residual_receivers
+        start, rows = np.zeros(len(self.nodes) + 1, dtype=np.int64), np.zeros(0, dtype=np.int64)
+        if self.graph is not None:
+            start, rows = domain.residual_receivers
         self.receiver_counts = np.diff(start)
         everyone = boundary_in_meshes(domain)
         self.pairs = np.stack([np.repeat(self.nodes, self.receiver_counts), everyone[rows]], axis=1)
@@ -157,7 +166,7 @@ class ContactCut:
 
     def _rank_of_contact_cells(self) -> np.ndarray:
         """Return the rank [c] of every contact cell of the graph of the domain."""
-        found, first = [], 0
+        found, first = [np.zeros(0, dtype=np.int64)], 0
         for body in self.domain.bodies:
             if body.contact is not None and body.contact.graph is not None:
                 found.append(self.rank[first + body.cell_order[body.contact.graph.cells]])
@@ -172,15 +181,27 @@ class ContactCut:
         """Return the contact of a body on one rank; None without any; part: what `part` returns for it."""
         starts, cells = self.domain.contact_start, self.cells_of(body)
         mine = cells[self.rank_of_cells[cells] == own]
-        if not len(mine):
+        if self.graph is not None:
+            sources = ranges(self.graph.pair_start, mine)
+            here = np.unique(self.graph.pair_nodes[sources])
+        else:
+            here = np.arange(starts[body], starts[body + 1])
+            here = here[self._touched(own)[self.nodes[here]]]
+        if not len(here):
             return None
-        sources = ranges(self.graph.pair_start, mine)
-        here = np.unique(self.graph.pair_nodes[sources])
         owned = np.zeros(len(self.number), dtype=bool)
         owned[part.owned] = True
         solved = owned[self.nodes[here]]
         nodes = np.concatenate([here[solved], here[~solved]]) - starts[body]
-        return BodyShare(nodes, np.arange(len(nodes)) < solved.sum(), mine - cells[0])
+        return BodyShare(nodes, np.arange(len(nodes)) < solved.sum(), mine - cells[:1])
+
+    def _touched(self, own: int) -> np.ndarray:
+        """Return whether a rank has cells at a node [n] of the meshes."""
+        found, start = np.zeros(len(self.number), dtype=bool), 0
+        for _, rows in self.blocks:
+            found[rows[self.rank[start : start + len(rows)] == own]] = True
+            start += len(rows)
+        return found
 
     def cells_of(self, body: int) -> np.ndarray:
         """Return the numbers of the contact cells of a body in the graph of the domain."""
@@ -214,17 +235,19 @@ def shared_contact(
     none = np.zeros(0, dtype=np.int64)
     nodes = np.concatenate([none, *(share.nodes + domain.contact_start[body] for body, share in here)])
     owned = np.concatenate([none.astype(bool), *(share.owned for _, share in here)])
-    cells = np.concatenate([none, *(share.cells + cut.cells_of(body)[0] for body, share in here)])
+    cells = np.concatenate([none, *(share.cells + cut.cells_of(body)[:1] for body, share in here)])
     coming = cut.number[np.concatenate([none, *(own for _, own in part.ghosts)])]
-    ghosts = np.setdiff1d(coming, nodes)
-    place = np.full(len(graph.nodes), -1, dtype=np.int64)
+    ghosts = np.setdiff1d(coming, nodes) if graph is not None else none
+    place = np.full(len(cut.nodes), -1, dtype=np.int64)
     place[nodes] = np.arange(len(nodes))
     place[ghosts] = len(nodes) + np.arange(len(ghosts))
 
     def placed(lists: Lists) -> Lists:
         return tuple((other, place[cut.number[numbers]]) for other, numbers in lists)
 
-    found, entries = graph_part(graph, nodes, owned, ghosts, cells) if len(nodes) else (None, none)
+    found, entries = None, none
+    if graph is not None and len(nodes):
+        found, entries = graph_part(graph, nodes, owned, ghosts, cells)
     bodies = [number for number, body in enumerate(domain.bodies) if body.contact is not None]
     sent, received = _rows(cut, own, entries)
     row = np.full(len(cut.number), -1, dtype=np.int64)
@@ -240,10 +263,10 @@ def shared_contact(
         entries,
         tuple(bodies.index(body) for body, _ in here),
         tuple(cut.ranks_of(body) for body in bodies),
-        _colours(graph, nodes, owned),
+        none.reshape(0, 2) if graph is None else _colours(graph, nodes, owned),
         tuple((other, rows[rows < len(nodes)]) for other, rows in shared if (rows < len(nodes)).any()),
-        placed(part.sent),
-        placed(part.ghosts),
+        placed(part.sent) if graph is not None else (),
+        placed(part.ghosts) if graph is not None else (),
         sent,
         received,
         np.stack([place[cut.number[mine[:, 0]]], row[mine[:, 1]]], axis=1),
@@ -270,7 +293,7 @@ def _rows(cut: ContactCut, own: int, entries: np.ndarray) -> tuple[Lists, Lists]
     the diagonal, which all copies sum up.
     """
     graph, none = cut.graph, ()
-    if not len(entries):
+    if graph is None or not len(entries):
         return none, none
     cell_of_pair = np.repeat(np.arange(len(graph.cells)), np.diff(graph.pair_start))
     sources = graph.entry_pairs
@@ -295,6 +318,8 @@ def _rows(cut: ContactCut, own: int, entries: np.ndarray) -> tuple[Lists, Lists]
 
 def check_receivers(domain: Domain) -> bool:
     """Return whether each contact node has a cell in common with all of its receivers."""
+    if domain.contact is None or domain.contact.graph is None:  # nothing is left unbalanced
+        return True
     blocks, start = mesh_blocks(domain), domain.residual_receivers[0]
     nodes, everyone = contact_in_meshes(domain), boundary_in_meshes(domain)
     rank = np.zeros(sum(len(rows) for _, rows in blocks), dtype=np.int64)

@@ -65,8 +65,12 @@ class RankStep(StableStep):
         self.team, self.plan, self.spring_rate = team, part.plan, whole.spring_rate
         self.trial = self.answer = np.zeros(0)
         self.size, self.bound, self.count = whole.size, None, whole.count
-        contact = part.plan.contact
-        self.penalty = None if contact is None or whole.penalty is None else whole.penalty
+        self.mass, contact, everyone = part.mass, part.plan.contact, part.whole.contact
+        self.penalty = None
+        if whole.penalty is not None and contact is not None and everyone is not None:
+            of_nodes = np.zeros(len(part.whole.reference))
+            of_nodes[everyone.nodes] = whole.penalty
+            self.penalty = of_nodes[part.nodes[contact.nodes]]
         self.normals, self.elastic, self.damped = whole.normals, np.inf, np.inf
         self.start = None
         self._begin = whole.first_vector().reshape(-1, 3)[part.nodes].reshape(-1)

@@ -20,6 +20,7 @@ from ...device import arrays
 from ...device.team import Team
 from ...planning.measured import Layout, combined
 from ...planning.partition.domain_part import DomainPart
+from ...scene.contact_models import MasslessContact
 from ...scene.scene import Scene
 from .rank_stable_step import RankSteps
 from .rank_view import RankView
@@ -77,11 +78,16 @@ class RankState(DomainState):
     def _shared_contact(self) -> ResidualShares | None:
         """Make what solves for contact nodes together with other ranks; return what hands over what is left.
 
-        None where the first rank has the whole contact.
+        None where the first rank has the whole contact, or contact nodes have mass.
         """
         domain, team, contact = self.part.domain, self.team, self.contact
         shared = domain.shared
         if shared is None:
+            return None
+        self.contact_counts = team.gathered(np.array(shared.owned.sum())).astype(np.int64)
+        owned = shared.nodes[shared.owned].astype(float)
+        self.contact_place = np.argsort(team.joined(owned, self.contact_counts))
+        if not isinstance(self.scene.contact, MasslessContact):
             return None
         shares, teams = ResidualShares(team, shared), []
         for number, ranks in enumerate(shared.ranks):
@@ -91,12 +97,6 @@ class RankState(DomainState):
         if isinstance(contact, MasslessContactTerm) and self.serial is not None and self.boundary_nodes is not None:
             parts = domain, self.internal_force, self.boundary_nodes, contact, self.serial.sums
             self.serial.copies = SharedSolve(team, *parts, shares, teams)
-            self.contact_counts = team.gathered(np.array(shared.owned.sum())).astype(np.int64)
-            owned = shared.nodes[shared.owned]
-        else:
-            self.contact_counts = team.gathered(np.array(0)).astype(np.int64)
-            owned = np.zeros(0, dtype=np.int64)
-        self.contact_place = np.argsort(team.joined(owned.astype(float), self.contact_counts))
         return shares
 
     def _add(self, special_force: arrays.Array) -> None:

@@ -18,6 +18,7 @@ from ...device.team import Team
 from ...friction_layer import LayerState
 from ...planning.partition.domain_part import DomainPart
 from ...results.smoothness import PressureRecord
+from ...scene.contact_models import MasslessContact
 from ...scene.friction_models import FrictionLayer
 from ...scene.obstacles import Obstacle
 from .body_view import BodyView, Stepped
@@ -30,7 +31,6 @@ class Shared(Stepped, Protocol):
     team: Team
     own_views: list[BodyView]
     touching: bool
-    residual_shares: Any
 
     def whole_contact(self, values: np.ndarray) -> np.ndarray:
         """Return values [k, ..] of the contact nodes of the whole domain from those of the ranks that share them."""
@@ -57,6 +57,7 @@ class RankView(BodyView):
         self._contact = slice(int(whole.contact_start[number]), int(whole.contact_start[number + 1]))
         there = state.part.there
         self.own = state.own_views[there.index(number)] if number in there else None
+        self._shared = state.part.domain.shared is not None  # ranks share the contact
 
     @property
     def trouble(self) -> str | None:
@@ -86,8 +87,10 @@ class RankView(BodyView):
 
     def massless_velocity(self, dt: float) -> np.ndarray | None:
         """Return the position difference over dt of the massless components [k, 3]; None without any."""
-        if self.state.residual_shares is None:
+        if not self._shared:
             return self._of_first(lambda own: own.massless_velocity(dt))
+        if not isinstance(self.state.scene.contact, MasslessContact):
+            return None
         contact = self.state.contact
         return self._of_contact(np.zeros((0, 3)) if contact is None else contact.velocity(self.state.u, dt))
 
@@ -117,13 +120,13 @@ class RankView(BodyView):
 
     def contact_areas(self) -> np.ndarray:
         """Return the area [n] [m^2] that the contact force on every node acts on, in the user's numbering; else 0."""
-        if self.state.residual_shares is not None:
+        if self._shared:
             return self.plan.contact_areas()
         return self._nodal(lambda own: own.contact_areas(), 0.0)
 
     def contact_node_force(self) -> np.ndarray:
         """Return the contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
-        if self.state.residual_shares is not None:
+        if self._shared:
             contact = self.state.contact
             return self._of_contact(np.zeros((0, 3)) if contact is None else contact.contact_node_forces())
         found = self._of_first(lambda own: own.contact_node_force())
@@ -148,7 +151,7 @@ class RankView(BodyView):
     def friction_fields(self) -> dict[str, np.ndarray]:
         """Return slip path [n] [m] and friction work [n] [J/m^2] of the nodes up to the last row; elsewhere 0."""
         names = ("slip_distance", "friction_work")
-        if self.state.residual_shares is not None:
+        if self._shared:
             contact = self.state.contact
             record = (
                 None if contact is None or contact.friction is None else np.stack(contact.friction.record(), axis=1)

@@ -109,6 +109,7 @@ class StableStep:
         spring_rate: float = 0.0,
     ) -> None:
         self.plan, self.spring_rate = plan, spring_rate
+        self.mass = plan.lumped  # [n] [kg] of the whole nodes
         self.trial = self.answer = np.zeros(0)
         self.count = 3 * len(plan.lumped)  # components, and so modes, of the body
         self.bound, self.size = self._cell_bounds()
@@ -149,7 +150,7 @@ class StableStep:
             nodes = self.plan.contact.nodes
             part = vector.reshape(-1, 3)[nodes]
             for normal in self.normals:
-                stiff = (self.penalty * (part @ normal) / self.plan.lumped[nodes])[:, None] * normal
+                stiff = (self.penalty * (part @ normal) / self.mass[nodes])[:, None] * normal
                 product.reshape(-1, 3)[nodes] += stiff
         return self._tied(product)
 
