@@ -242,16 +242,45 @@ def held():
     return loaded(tc.Scene([body], [], 6e-3, **options), force), tc.CentralDifference(cfl=0.6)
 
 
-FRICTIONLESS = (normal, full, linear, sprung, ball, corner, sagged, crushed, fast, pressed, held)
-WITH_FRICTION = (rubbed, wedged, crept, slowed, forged, carried, floated, repelled, struck, swept, spun)
+def paved():
+    """Two bodies with more than a thousand contact nodes, which several blocks of threads take: friction of the kick,
+    viscous contact cells, supports, gravity and damping; one lands later. The step is given, for equal times."""
+    parts = [
+        tc.Body(
+            block(cells=(cells, cells, 2), shift=shift, shake=0.1),
+            LAW,
+            (2.0, 0.0, -SPEED),
+            contact=["zmin"],
+            supports=[tc.Support("ymax", "y")] if name == "left" else [],
+            name=name,
+        )
+        for name, cells, shift in (("left", 24, (0.0, 0.0, 0.0)), ("right", 20, (0.5, 0.0, 3e-4)))
+    ]
+    ground = tc.Plane((0.0, 0.0, -1e-4), (0.0, 0.0, 1.0))
+    options = {"contact": tc.MasslessContact(removal="normal"), "friction": tc.Coulomb(0.2)}
+    options |= {"gravity": (0.0, 0.0, -9.81), "damping": tc.MassDamping(rate=20.0)}
+    return tc.Scene(parts, [ground], 2.8e-4, **options), tc.CentralDifference(dt=2e-5)
+
+
+def moulded():
+    """The same of MPRGP, with full removal on a sphere, solved almost to rounding error."""
+    mesh = block(cells=(32, 32, 2), size=(0.2, 0.22, 0.012), shake=0.1)
+    below = mesh.nodes.mean(axis=0) - (np.ptp(mesh.nodes[:, 2]) / 2 + 0.5001) * DOWN
+    body = tc.Body(mesh, tc.NeoHookean(2.3e7, 0.48, 1350.0), (2.0, 0.0, -SPEED), contact=["zmin"])
+    model = tc.MasslessContact(removal="full", tolerance=1e-10)
+    return tc.Scene([body], [tc.Sphere(tuple(below), 0.5)], 8e-5, contact=model), tc.CentralDifference(dt=1e-5)
+
+
+FRICTIONLESS = (normal, full, linear, sprung, ball, corner, sagged, crushed, fast, pressed, held, moulded)
+WITH_FRICTION = (rubbed, wedged, crept, slowed, forged, carried, floated, repelled, struck, swept, spun, paved)
 # scenes that combine what others have term by term: with --slow alone, since each has kernels of its own
 COMBINED = () if os.environ.get("TCONTACT_SLOW", "0") not in ("", "0") else (linear, sagged, fast, rubbed, spun)
 RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION if scene not in COMBINED)
 SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION if scene not in COMBINED}
 
 # those that run with the threads in reversed order too
-REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held", "floated")
-COUNTED = ("normal", "wedged", "slowed", "repelled", "swept")  # those whose launches of a block are counted
+REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held", "floated", "paved")
+COUNTED = ("normal", "wedged", "slowed", "repelled", "swept", "paved")  # those whose launches of a block are counted
 
 
 def state_of(name):

@@ -42,11 +42,12 @@ from ..language import tensor3
 from ..language.compile_options import KEEP_VECTORS, compiled_with
 from ..language.entries import put_three, row, three
 from ..language.signatures import Signature, kernel_of
-from ..language.threads import item, leader, over_threads, turns
+from ..language.threads import item, leader, over_threads, put_sums, turns
 from ..language.vectors import MASK, load
 from ..materials import LAWS, linear_elastic
 from ..materials.law import Law
 from ..nodes.device_nodes import first_of_corner
+from .islands import island_count
 
 # The array `viscous` holds: the numbers below; displacement and viscous force [s, 3] of the boundary nodes at the last
 # time level; eta [s] of the contact cells, by lanes of their packs; their corner forces; eta of the contact cells in
@@ -226,9 +227,12 @@ def viscous_load(body: ti.template(), boundary: ti.template(), contact: ti.templ
             body.special_force[3 * s + j] = body.special_force[3 * s + j] + now[j]
         put_three(viscous, force_place(viscous) + 3 * s, now)
         put_three(viscous, place, here)
-    power = over_threads(contact, [power], ("sum",))[0]
-    if leader(contact) == 1:
-        viscous[POWER] = power * viscous[RATE]
+    if ti.static(contact.options.blocks > 1):
+        put_sums(contact, None, [contact.sums.shape[0] + island_count(contact)], [power], ("sum",))
+    else:
+        power = over_threads(contact, [power], ("sum",))[0]
+        if leader(contact) == 1:
+            viscous[POWER] = power * viscous[RATE]
 
 
 @ti.func

@@ -13,10 +13,12 @@ computes the load of the partner from it.
 from ..columns import SUMS
 from ..engine import ti
 from ..language.counted import counted
-from ..language.threads import item, leader, over_threads, turns
+from ..language.threads import item, put_sums, so_far, turns
 from .islands import node_count
 
 SUMMED = ("sum",) * 4
+FORCE_PLACES = tuple(SUMS.contact_force + j for j in range(3))
+PRESSED_PLACES = (*FORCE_PLACES, SUMS.contact_nodes)
 EPSILON = 32 * 2.220446049250313e-16  # relative rounding error of a gap, or of a sum of many displacements
 
 
@@ -105,10 +107,7 @@ def hand_over(body: ti.template(), contact: ti.template(), rows: ti.template()):
         force += counted(contact, k) * total
         if total.norm() > 0.0:
             pressed += counted(contact, k)
-    sums = over_threads(contact, [force[0], force[1], force[2], pressed], SUMMED)
-    for j in ti.static(range(3)):
-        contact.sums[SUMS.contact_force + j] = sums[j]
-    contact.sums[SUMS.contact_nodes] = sums[3]
+    put_sums(contact, contact.sums, PRESSED_PLACES, [force[0], force[1], force[2], pressed], SUMMED)
 
 
 @ti.func
@@ -118,9 +117,7 @@ def hand_over_friction(body: ti.template(), contact: ti.template(), rows: ti.tem
     With obstacles that move freely its part in massless components, where normals have turned since the start, acts on
     the nodes that carry the mass of the contact node, like what the static solve leaves: momentum is conserved.
     """
-    force = ti.Vector([contact.sums[SUMS.contact_force + j] for j in ti.static(range(3))])
-    if leader(contact) == 0:  # one thread begins with the sum so far
-        force = ti.Vector.zero(ti.f64, 3)
+    force = ti.Vector([so_far(contact, contact.sums, place) for place in ti.static(FORCE_PLACES)])
     for turn in range(turns(contact, node_count(contact))):
         k = item(contact, turn)
         total = sum_of_rows(rows, k, rows.at.kick_friction)
@@ -135,9 +132,7 @@ def hand_over_friction(body: ti.template(), contact: ti.template(), rows: ti.tem
                 for j in ti.static(range(3)):
                     place = 3 * contact.residual_receivers[i] + j
                     body.special_force[place] = body.special_force[place] - share[j]
-    sums = over_threads(contact, [force[0], force[1], force[2]], ("sum",) * 3)
-    for j in ti.static(range(3)):
-        contact.sums[SUMS.contact_force + j] = sums[j]
+    put_sums(contact, contact.sums, FORCE_PLACES, [force[0], force[1], force[2]], ("sum",) * 3)
 
 
 @ti.func

@@ -14,7 +14,7 @@ from ..engine import ti
 from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 from ..language.counted import counted
 from ..language.entries import row
-from ..language.threads import item, leader, over_threads, turns
+from ..language.threads import item, leader, over_threads, put_sums, turns
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
 from .constraint_rows import friction_cone, normal_of, number_of, set_vector, vector_of, velocity_of
@@ -93,9 +93,12 @@ def kick_friction(
                 record_kick(contact, k, before, after, slip)
             early += counted(contact, k) * before
             late += counted(contact, k) * after
-    works = over_threads(contact, [early, late], ("sum", "sum"))
-    add_work(contact, works[0])
-    contact.sums[SUMS.friction_after] = works[1]
+    if ti.static(contact.options.blocks > 1):
+        put_sums(contact, None, (SUMS.friction_before, SUMS.friction_after), [early, late], ("sum", "sum"))
+    else:
+        works = over_threads(contact, [early, late], ("sum", "sum"))
+        add_work(contact, works[0])
+        contact.sums[SUMS.friction_after] = works[1]
 
 
 @ti.func

@@ -9,7 +9,7 @@ from ..engine import ti
 from ..lanes import MAXIMUM_SLOTS
 from ..language.counted import counted
 from ..language.entries import row, three
-from ..language.threads import item, meet, over_threads, smallest_of, turns
+from ..language.threads import item, meet, over_threads, put_sums, turns
 from ..nodes.rigid_record import kind_of
 from ..rigid_places import FREE
 from .constraint_rows import number_of, set_number, set_vector, vector_of
@@ -17,6 +17,9 @@ from .islands import first_other, island_count, node_count
 from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, velocity_at
 
 SUMMED = ("sum",) * 7  # force, moment and power of an obstacle
+LOAD_PLACES = tuple(
+    first + j for first in (OBSTACLE_LOAD.obstacle_force, OBSTACLE_LOAD.obstacle_moment) for j in range(3)
+)
 
 
 @ti.func
@@ -119,7 +122,7 @@ def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.temp
             for p in range(obstacles.records.shape[0] // RECORD):
                 g, _normal = gap_and_normal(obstacles, p, x)
                 smallest = ti.min(smallest, g)
-    contact.sums[SUMS.gap_min] = smallest_of(contact, smallest)
+    put_sums(contact, contact.sums, (SUMS.gap_min,), [smallest], ("min",))
 
 
 @ti.func
@@ -190,10 +193,17 @@ def share_obstacle_loads(
                         sums[j] += force[j]
                         sums[3 + j] += moment[j]
                     sums[6] += supplied
-        totals = over_threads(contact, [sums[j] for j in range(7)], SUMMED)
         first = power + 1 + OBSTACLE_LOADS * p
-        for j in ti.static(range(3)):
-            contact.sums[first + OBSTACLE_LOAD.obstacle_force + j] = 0.0 - totals[j]
-            contact.sums[first + OBSTACLE_LOAD.obstacle_moment + j] = 0.0 - totals[3 + j]
-        power_of_all += totals[6]
-    contact.sums[power] = power_of_all
+        if ti.static(contact.options.blocks > 1):
+            places = [first + place for place in LOAD_PLACES]
+            put_sums(contact, None, places, [0.0 - sums[j] for j in range(6)], ("sum",) * 6)
+            power_of_all += sums[6]
+        else:
+            totals = over_threads(contact, [sums[j] for j in range(7)], SUMMED)
+            for j, place in ti.static(enumerate(LOAD_PLACES)):
+                contact.sums[first + place] = 0.0 - totals[j]
+            power_of_all += totals[6]
+    if ti.static(contact.options.blocks > 1):
+        put_sums(contact, None, (power,), [power_of_all], ("sum",))
+    else:
+        contact.sums[power] = power_of_all

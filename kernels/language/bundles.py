@@ -7,7 +7,7 @@ have is None. In the shapes below n are nodes, s boundary nodes, k contact nodes
 
 from typing import Any, NamedTuple
 
-from ..lanes import SWEEP_LANES
+from ..lanes import BLOCK_THREADS, SWEEP_LANES
 from .arguments import Array, Index, Shared
 from .joint_lists import JointList
 
@@ -117,9 +117,10 @@ class Contact(NamedTuple):
     the unbalanced force of the static solve acts, those of node k at residual_receivers[k] .. residual_receivers[k+1].
     Where threads share the loops: shared: values of every thread (threads.py); residual_givers: the transposed list,
     the contact nodes whose share acts on boundary node s at residual_givers[s] .. residual_givers[s+1];
-    residual_shares [k, 3] [N]: of each receiver of node k. Where other ranks have copies of nodes: counted [s]: 1.0 for
-    the boundary nodes that the sums of this rank count, else 0.0 (counted.py); residual_shares [k, 3] [N]: of all
-    receivers of node k together.
+    residual_shares [k, 3] [N]: of each receiver of node k; of several blocks of threads also partial [number, block]:
+    sums of every block; place: number of the thread. Where other ranks have copies of nodes: counted [s]: 1.0 for the
+    boundary nodes that the sums of this rank count, else 0.0 (counted.py); residual_shares [k, 3] [N]: of all receivers
+    of node k together.
     """
 
     nodes: Index = None
@@ -138,12 +139,24 @@ class Contact(NamedTuple):
     residual_givers: Index = None
     residual_shares: Array = None
     counted: Array = None
+    partial: Array = None
+    place: Any = None
     options: Any = None
 
     @property
     def copied(self) -> bool:
         """Return whether other ranks have copies of its nodes."""
         return self.counted is not None
+
+    @property
+    def placed(self) -> bool:
+        """Return whether the number of the thread is given."""
+        return self.place is not None
+
+    def at_place(self, blocks: int, place: Any) -> "Contact":
+        """Return the bundle for a thread of a launch of several blocks."""
+        options = self.options._replace(threads=blocks * BLOCK_THREADS, blocks=blocks)
+        return self._replace(options=options, place=place)
 
 
 class Obstacles(NamedTuple):
@@ -238,8 +251,8 @@ class ContactOptions(NamedTuple):
     other; plain: the basis of every massless node is the identity; varied: the
     coefficients of friction of the rows change in the run; recorded: slip and friction work of every node are summed up
     for frames (friction_record.py); free: some obstacles move freely; posed: the host places others for every step;
-    threads: that share the loops (threads.py); shared: ranks share the static solve, whose phases the host launches
-    (step/rank_solve.py).
+    threads: that share the loops (threads.py), in so many blocks; shared: ranks share the static solve, whose phases
+    the host launches (step/rank_solve.py).
     """
 
     model: str = ""
@@ -260,6 +273,7 @@ class ContactOptions(NamedTuple):
     free: bool = False
     posed: bool = False
     threads: int = 1
+    blocks: int = 1
     shared: bool = False
 
     @property

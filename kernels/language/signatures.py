@@ -79,7 +79,8 @@ def kernel_of(
             parts.append(f"{field}={value if value in arrays or value.startswith('option_') else None}")
         scope[bundle.__name__] = bundle
         built.append(f"ti.static({bundle.__name__}({', '.join(parts)}))")
-    scope |= {f"option_{field}": value for field, value in options.items()}
+    named = {field for _name, bundle, _present in signature.bundles for field in bundle._fields}
+    scope |= {f"option_{field}": options.get(field) for field in named}
     heads = [*(f"{number}: ti.i32" for number in numbers), *(f"{real}: ti.f64" for real in reals), *kinds]
     title = function.__name__
     if len(heads) > MOST:

@@ -11,9 +11,11 @@ from ..engine import ti
 from ..lanes import DRIFT, GRAVITY, KICK_AFTER, KICK_BEFORE
 from ..language.counted import counted
 from ..language.entries import row
-from ..language.threads import item, meet, over_threads, turns
+from ..language.threads import item, meet, put_sums, turns
 from .damping import damping_force
 
+BOUNDARY_PLACES = tuple(range(FIRST.boundary, FIRST.boundary + BOUNDARY_SUMS))
+SUPPORT_PLACES = tuple(range(FIRST.support, FIRST.support + SUPPORT_SUMS))
 BOUNDARY_COMBINE, SUPPORT_COMBINE = ("sum",) * BOUNDARY_SUMS, ("sum",) * SUPPORT_SUMS
 
 
@@ -73,9 +75,7 @@ def kick_and_drift(body: ti.template(), boundary: ti.template(), contact: ti.tem
         for j in ti.static(range(3)):
             body.v[3 * node + j] = velocity[j]
             body.u[3 * node + j] = displacement[j] + drift * velocity[j]
-    totals = over_threads(contact, [sums[j] for j in range(BOUNDARY_SUMS)], BOUNDARY_COMBINE)
-    for j in ti.static(range(BOUNDARY_SUMS)):
-        boundary.sums[FIRST.boundary + j] = totals[j]
+    put_sums(contact, boundary.sums, BOUNDARY_PLACES, [sums[j] for j in range(BOUNDARY_SUMS)], BOUNDARY_COMBINE)
 
 
 @ti.func
@@ -104,6 +104,4 @@ def support_reactions(
                 reaction = inertia[j] - net[j]
                 sums[SUPPORT.support_force + j] += reaction
         sums[SUPPORT.support_power] += reaction * supports.speeds[i]
-    totals = over_threads(contact, [sums[j] for j in range(SUPPORT_SUMS)], SUPPORT_COMBINE)
-    for j in ti.static(range(SUPPORT_SUMS)):
-        supports.sums[FIRST.support + j] = totals[j]
+    put_sums(contact, supports.sums, SUPPORT_PLACES, [sums[j] for j in range(SUPPORT_SUMS)], SUPPORT_COMBINE)

@@ -12,29 +12,26 @@ from ..contact.cell_viscosity import RATE, cells_place
 from ..elements import FUNCTIONS
 from ..engine import ti
 from ..lanes import CONTACT_BLOCK, FIRST_CELL, GRADIENTS_AT, LAME, LAST_CELL, MATERIAL_AT, NODES_AT, POINTS, WEIGHTS_AT
-from ..language.bundles import Contact, ContactOptions
 from ..language.entries import row
 from ..language.threads import item, turns
 from .surface_tangent import MAXIMUM_CORNERS, add_pair, cell_volume, gradients_at
 
 
 @functools.cache
-def make_damping_tangent(kind: str, block: int, plain: bool, threads: int = 1):
-    """Return damping_tangent(body, basis, pairs, viscous, number), which adds to pairs.values of a contact block.
-
-    threads: that share the cells.
-    """
-    corners, team = FUNCTIONS[kind].corners, Contact(options=ContactOptions(threads=threads))
+def make_damping_tangent(kind: str, block: int, plain: bool):
+    """Return damping_tangent(body, contact, pairs, viscous, number), which adds to pairs.values of a contact block."""
+    corners = FUNCTIONS[kind].corners
 
     @ti.func
     def damping_tangent(
-        body: ti.template(), basis: ti.template(), pairs: ti.template(), viscous: ti.template(), number
+        body: ti.template(), contact: ti.template(), pairs: ti.template(), viscous: ti.template(), number
     ):
+        basis = ti.static(contact.basis)
         at = number * CONTACT_BLOCK
         gradients, material = pairs.blocks[at + GRADIENTS_AT], pairs.blocks[at + MATERIAL_AT] + LAME
         first_cell = pairs.blocks[at + FIRST_CELL]
-        for turn in range(turns(team, pairs.blocks[at + LAST_CELL] - first_cell)):
-            cell = first_cell + item(team, turn)
+        for turn in range(turns(contact, pairs.blocks[at + LAST_CELL] - first_cell)):
+            cell = first_cell + item(contact, turn)
             factor = viscous[RATE] * viscous[cells_place(viscous) + cell]
             first = pairs.blocks[at + NODES_AT] + (cell - first_cell) * corners
             volume, change, spread = cell_volume(body, pairs, at, first, corners, False)

@@ -16,7 +16,7 @@ from ..contact.pair_rows import entry, is_slave, pair_row, press_masters
 from ..engine import ti
 from ..language.counted import counted
 from ..language.entries import row
-from ..language.threads import item, leader, meet, over_threads, turns
+from ..language.threads import item, item_between, leader, meet, over_threads, put_sums, turns, turns_between
 from ..pair_places import ROWS, SLAVES
 from .control import F_REF, LEFT, LINEAR, SETTINGS, STALE, STATS, SWEEPS, TOLERANCE
 from .massless_node import along, balance, constraint_violation, constraints, in_space, largest, segment
@@ -92,36 +92,9 @@ def massless_load(
     """
     energy, worst, sweeps = 0.0, 0.0, 0.0
     for island in range(island_count(contact)):
-        residual = 0.0
-        slaves = 0
-        if ti.static(contact.options.coupled):
-            slaves = coupling.lists[ROWS]
-        begin = first_node(contact, island) - slaves
-        for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
-            k = begin + item(contact, turn)
-            r, comes = first_node(contact, island) - 1 - k, 1
-            if ti.static(contact.options.coupled):
-                if r >= 0:
-                    k = entry(coupling, SLAVES, r)
-                else:
-                    comes = ti.select(is_slave(coupling, k), 0, 1)
-            if comes == 1:
-                stored, left = massless_load_node(body, boundary, contact, rows, system, k)
-                energy += counted(contact, k) * stored
-                residual = ti.max(residual, left)
-                if ti.static(contact.options.coupled):
-                    if r >= 0:
-                        force = vector_of(rows, pair_row(rows, k), rows.at.force)
-                        press_masters(coupling, body.special_force, r, force)
+        energy, residual = load_of_island(body, boundary, contact, rows, coupling, system, island, energy)
         residual = over_threads(contact, [residual], ("max",))[0]
-        remaining = residual / ti.max(system.stats[island * STATS + F_REF], 1e-300)
-        if ti.static(not contact.options.coupled):
-            left_unmeasured = system.settings[island * SETTINGS + LEFT] > 0.0
-            if left_unmeasured and system.settings[island * SETTINGS + LINEAR] == 0.0:
-                stale = remaining > CLOSE_TO_TOLERANCE * system.settings[island * SETTINGS + TOLERANCE]
-                if stale and leader(contact) == 1:
-                    system.stats[island * STATS + STALE] = 1.0
-        worst = ti.max(worst, remaining)
+        worst = ti.max(worst, note_remaining(contact, system, island, residual))
         sweeps = ti.max(sweeps, system.stats[island * STATS + SWEEPS])
     if ti.static(contact.options.threads > 1):
         meet(contact)
@@ -130,6 +103,67 @@ def massless_load(
     contact.sums[SUMS.contact] = energy
     contact.sums[SUMS.static_residual] = worst
     contact.sums[SUMS.sweeps] = sweeps
+
+
+@ti.func
+def share_load(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template()
+):
+    """Set the force of every row by several blocks of threads.
+
+    A later launch adds the shares that nodes receive; the residual [N] of each island stands behind the sums.
+    """
+    energy = 0.0
+    for island in range(island_count(contact)):
+        energy, residual = load_of_island(body, boundary, contact, rows, None, system, island, energy)
+        put_sums(contact, None, [contact.sums.shape[0] + island], [residual], ("max",))
+    put_sums(contact, None, (SUMS.contact,), [energy], ("sum",))
+
+
+@ti.func
+def load_of_island(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), coupling: ti.template(),
+    system: ti.template(), island, energy,
+):  # fmt: skip
+    """Set the row forces of an island; return `energy` with that of its penalty [J], and the residual [N].
+
+    Both are those of the nodes of this thread.
+    """
+    total, residual = energy, 0.0
+    slaves = 0
+    if ti.static(contact.options.coupled):
+        slaves = coupling.lists[ROWS]
+    begin = first_node(contact, island) - slaves
+    for turn in range(turns_between(contact, begin, first_node(contact, island + 1))):
+        k = item_between(contact, begin, turn)
+        r, comes = first_node(contact, island) - 1 - k, 1
+        if ti.static(contact.options.coupled):
+            if r >= 0:
+                k = entry(coupling, SLAVES, r)
+            else:
+                comes = ti.select(is_slave(coupling, k), 0, 1)
+        if comes == 1:
+            stored, left = massless_load_node(body, boundary, contact, rows, system, k)
+            total += counted(contact, k) * stored
+            residual = ti.max(residual, left)
+            if ti.static(contact.options.coupled):
+                if r >= 0:
+                    force = vector_of(rows, pair_row(rows, k), rows.at.force)
+                    press_masters(coupling, body.special_force, r, force)
+    return total, residual
+
+
+@ti.func
+def note_remaining(contact: ti.template(), system: ti.template(), island, residual):
+    """Return the residual [N] of an island over its force scale; it renews the tangent where this is large."""
+    remaining = residual / ti.max(system.stats[island * STATS + F_REF], 1e-300)
+    if ti.static(not contact.options.coupled):
+        left_unmeasured = system.settings[island * SETTINGS + LEFT] > 0.0
+        if left_unmeasured and system.settings[island * SETTINGS + LINEAR] == 0.0:
+            stale = remaining > CLOSE_TO_TOLERANCE * system.settings[island * SETTINGS + TOLERANCE]
+            if stale and leader(contact) == 1:
+                system.stats[island * STATS + STALE] = 1.0
+    return remaining
 
 
 @ti.func

@@ -25,7 +25,6 @@ from ..lanes import (
     WEIGHTS_AT,
     WIDTH,
 )
-from ..language.bundles import Contact, ContactOptions
 from ..language.entries import row
 from ..language.point_memory import constants_of, tangent_at
 from ..language.threads import item, turns
@@ -44,8 +43,8 @@ def hourglass_modes(a):
 
 @functools.cache
 def make_reduced_tangent(kind: str, law: str, block: int, threads: int = 1):
-    """Return reduced_tangent(body, basis, pairs, number), which fills pairs.values as `surface_tangent` does."""
-    law_of, team = LAWS[law], Contact(options=ContactOptions(threads=threads))
+    """Return reduced_tangent(body, contact, pairs, number), which fills pairs.values as `surface_tangent` does."""
+    law_of = LAWS[law]
     parts, size = law_of.tangents, len(law_of.state)
     width, cell_memory = WIDTH, FUNCTIONS[kind].points * size
 
@@ -116,14 +115,15 @@ def make_reduced_tangent(kind: str, law: str, block: int, threads: int = 1):
                 add_pair(pairs, basis, p, value, block, False)
 
     @ti.func
-    def reduced_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):
+    def reduced_tangent(body: ti.template(), contact: ti.template(), pairs: ti.template(), number):
+        basis = ti.static(contact.basis)
         at = number * CONTACT_BLOCK
         first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
         parameters = constants_of(body, pairs.blocks[at + MATERIAL_AT], law_of)
         stiff = law_of.modulus(parameters)
         if ti.static(threads > 1):
-            for turn in range(turns(team, pairs.blocks[at + LAST_CELL] - first_cell)):
-                own = first_cell + item(team, turn)
+            for turn in range(turns(contact, pairs.blocks[at + LAST_CELL] - first_cell)):
+                own = first_cell + item(contact, turn)
                 tangent_of_cell(body, basis, pairs, number, at, first_cell, gradients, parameters, stiff, own)
         else:
             for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):

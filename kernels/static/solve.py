@@ -21,7 +21,7 @@ from ..engine import ti
 from ..lanes import CONTACT_BLOCK, KIND, STEP, WIDTH
 from ..lanes import SWEEP_LANES as LANES
 from ..language.entries import row
-from ..language.threads import item, leader, meet, over_threads, turns
+from ..language.threads import item_between, leader, meet, over_threads, turns_between
 from ..materials import LAWS
 from ..node_places import PLACES
 from ..nodes.device_nodes import first_of_corner
@@ -84,16 +84,7 @@ def assemble(
     island,
 ):
     """Set the right sides and constraints of the linear problem of an island, and measure its static residual."""
-    scale = system.settings[island * SETTINGS + MINIMUM_FORCE]
-    residual = 0.0
-    rounding = 0.0
-    begin = first_node(contact, island)
-    for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
-        k = begin + item(contact, turn)
-        rounding = ti.max(rounding, rounding_of_node(body, contact, system, island, k))
-        scale = ti.max(scale, measure_node(body, boundary, contact, system, viscous, k))
-        if ti.static(not contact.options.coupled):
-            residual = ti.max(residual, assemble_node(body, boundary, contact, rows, coupling, system, k))
+    scale, residual, rounding = measure_nodes(body, boundary, contact, rows, coupling, system, viscous, island)
     if ti.static(contact.options.coupled):
         if ti.static(rows.at.lift >= 0):
             reach = system.settings[island * SETTINGS + REACH]
@@ -105,6 +96,28 @@ def assemble(
     largest_of = over_threads(contact, [scale, residual, rounding], ("max", "max", "max"))
     if leader(contact) == 1:
         note_measure(system, island, largest_of[0], largest_of[1], largest_of[2])
+
+
+@ti.func
+def measure_nodes(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), coupling: ti.template(),
+    system: ti.template(), viscous: ti.template(), island,
+):  # fmt: skip
+    """Set right sides and, but for pairs, constraints of an island; return force scale, residual and rounding [N].
+
+    They are the largest ones of the nodes of this thread.
+    """
+    scale = system.settings[island * SETTINGS + MINIMUM_FORCE]
+    residual = 0.0
+    rounding = 0.0
+    begin = first_node(contact, island)
+    for turn in range(turns_between(contact, begin, first_node(contact, island + 1))):
+        k = item_between(contact, begin, turn)
+        rounding = ti.max(rounding, rounding_of_node(body, contact, system, island, k))
+        scale = ti.max(scale, measure_node(body, boundary, contact, system, viscous, k))
+        if ti.static(not contact.options.coupled):
+            residual = ti.max(residual, assemble_node(body, boundary, contact, rows, coupling, system, k))
+    return scale, residual, rounding
 
 
 @ti.func
@@ -238,14 +251,30 @@ def blocks(
     """Assemble K_KK of an island from the stiffness of its contact cells, in the order of the sweeps."""
     if ti.static(body.averaged):
         sum_members(body, contact, island)
+    weakest, stiffest = blocks_of_nodes(body, pairs, contact, system, island, block)
+    note_extremes(contact, system, island, over_threads(contact, [weakest, stiffest], ("min", "max")))
+
+
+@ti.func
+def blocks_of_nodes(
+    body: ti.template(), pairs: ti.template(), contact: ti.template(), system: ti.template(), island,
+    block: ti.template(),
+):  # fmt: skip
+    """Assemble the rows of an island in K_KK; return smallest pivot over its trace and largest trace of this thread."""
     weakest = 1.0
     stiffest = 0.0
     begin = first_node(contact, island)
-    for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
-        trace, pivot = blocks_of_node(body, pairs, contact, system, begin + item(contact, turn), block)
+    for turn in range(turns_between(contact, begin, first_node(contact, island + 1))):
+        k = item_between(contact, begin, turn)
+        trace, pivot = blocks_of_node(body, pairs, contact, system, k, block)
         stiffest = ti.max(stiffest, trace)
         weakest = ti.min(weakest, pivot / trace)
-    extremes = over_threads(contact, [weakest, stiffest], ("min", "max"))
+    return weakest, stiffest
+
+
+@ti.func
+def note_extremes(contact: ti.template(), system: ti.template(), island, extremes: ti.template()):
+    """Note the smallest pivot of an island over its trace, and its largest trace [N/m]."""
     if leader(contact) == 1:
         system.stats[island * STATS + PIVOT] = extremes[0]
         system.stats[island * STATS + STIFFEST] = extremes[1]
@@ -319,6 +348,52 @@ def conclude(contact: ti.template(), system: ti.template(), island):
             stats[at + CONVERGED] = 1.0
 
 
+@ti.func
+def decide(
+    body: ti.template(), contact: ti.template(), system: ti.template(), viscous: ti.template(), island, first
+):  # fmt: skip
+    """Decide what is left to do for an island whose residual has been measured."""
+    stats = ti.static(system.stats)
+    at = island * STATS
+    if leader(contact) == 1:
+        if ti.static(contact.options.viscous):
+            if viscous[RATE] != stats[at + VISCOUS_RATE]:
+                stats[at + STALE] = 1.0
+        elif ti.static(body.viscous_metal):
+            if body.params[STEP] != stats[at + VISCOUS_RATE]:
+                stats[at + STALE] = 1.0
+        judge(stats, system.settings, island, first)
+        stats[at + NEXT] = DONE
+    meet(contact)
+
+
+@ti.func
+def solve_island(
+    body: ti.template(), contact: ti.template(), rows: ti.template(), coupling: ti.template(), system: ti.template(),
+    island, block: ti.template(),
+):  # fmt: skip
+    """Solve the linear problem of an island and move its nodes, if that is to do, and conclude the iteration."""
+    stats = ti.static(system.stats)
+    at = island * STATS
+    if stats[at + TODO] != DONE:
+        solved = 0
+        if ti.static(contact.options.coupled and contact.options.static_friction):
+            solved = accelerated(contact, rows, coupling, system, island, block)
+        elif ti.static(contact.options.projected):
+            solved = mprgp(contact, rows, coupling, system, island, block)
+        if ti.static(contact.options.coupled):  # pairs of bodies have no second solver
+            if solved == 0:
+                stats[at + TODO] = DONE
+                stats[at + SOLVES] = 0.0
+        elif solved == 0:
+            sweep(contact, rows, system, island)
+        if stats[at + TODO] != DONE:
+            move(body.u, contact, system, island)
+    if leader(contact) == 1:
+        conclude(contact, system, island)
+    meet(contact)
+
+
 @functools.cache
 def make_linearise(cells: tuple[tuple[str, str], ...], block: int, plain: bool, threads: int = 1):
     """Return linearise(body, contact, pairs, system, viscous, island), memoised; see `make_resolve`.
@@ -332,7 +407,7 @@ def make_linearise(cells: tuple[tuple[str, str], ...], block: int, plain: bool, 
         for kind, law in cells
     ]
     viscous_tangents = [make_viscous_tangent(kind, block, plain) for kind, _law in cells]
-    dampings = [make_damping_tangent(kind, block, plain, threads) for kind, _law in cells]
+    dampings = [make_damping_tangent(kind, block, plain) for kind, _law in cells]
     metals = [LAWS[law].plastic is not None for _kind, law in cells]
 
     @ti.func
@@ -345,11 +420,11 @@ def make_linearise(cells: tuple[tuple[str, str], ...], block: int, plain: bool, 
         for number in range(first_block(contact, island), first_block(contact, island + 1)):
             for i in ti.static(range(len(tangents))):
                 if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
-                    tangents[i](body, contact.basis, pairs, number)
+                    tangents[i](body, contact, pairs, number)
                     if ti.static(body.viscous_metal and metals[i]):
                         viscous_tangents[i](body, contact.basis, pairs, number)
                     if ti.static(contact.options.viscous and metals[i]):
-                        dampings[i](body, contact.basis, pairs, viscous, number)
+                        dampings[i](body, contact, pairs, viscous, number)
                     elif ti.static(contact.options.viscous):
                         stiffen(pairs, contact, viscous, block, number)
         if ti.static(contact.options.viscous):
@@ -389,16 +464,7 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, th
         stats = ti.static(system.stats)
         at = island * STATS
         assemble(body, boundary, contact, rows, coupling, system, viscous, island)
-        if leader(contact) == 1:
-            if ti.static(contact.options.viscous):
-                if viscous[RATE] != stats[at + VISCOUS_RATE]:
-                    stats[at + STALE] = 1.0
-            elif ti.static(body.viscous_metal):
-                if body.params[STEP] != stats[at + VISCOUS_RATE]:
-                    stats[at + STALE] = 1.0
-            judge(stats, system.settings, island, first)
-            stats[at + NEXT] = DONE
-        meet(contact)
+        decide(body, contact, system, viscous, island, first)
         needed = stats[at + TODO] != DONE
         if ti.static(contact.options.free):
             needed = True  # the stable step of an obstacle that moves freely depends on it
@@ -408,23 +474,7 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, th
             if leader(contact) == 1:
                 stats[at + STALE] = 0.0
             meet(contact)
-        if stats[at + TODO] != DONE:
-            solved = 0
-            if ti.static(contact.options.coupled and contact.options.static_friction):
-                solved = accelerated(contact, rows, coupling, system, island, block)
-            elif ti.static(contact.options.projected):
-                solved = mprgp(contact, rows, coupling, system, island, block)
-            if ti.static(contact.options.coupled):  # pairs of bodies have no second solver
-                if solved == 0:
-                    stats[at + TODO] = DONE
-                    stats[at + SOLVES] = 0.0
-            elif solved == 0:
-                sweep(contact, rows, system, island)
-            if stats[at + TODO] != DONE:
-                move(body.u, contact, system, island)
-        if leader(contact) == 1:
-            conclude(contact, system, island)
-        meet(contact)
+        solve_island(body, contact, rows, coupling, system, island, block)
 
     @ti.func
     def resolve(

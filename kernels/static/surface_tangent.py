@@ -27,7 +27,6 @@ from ..lanes import (
     WEIGHTS_AT,
     WIDTH,
 )
-from ..language.bundles import Contact, ContactOptions
 from ..language.entries import row
 from ..language.point_memory import constants_of, mean_of_points, tangent_at
 from ..language.tensor3 import cofactor, determinant, plus_identity, product_transposed
@@ -101,11 +100,11 @@ def add_block(pairs: ti.template(), p, value, block: ti.template()):
 
 @functools.cache
 def make_surface_tangent(kind: str, law: str, block: int, plain: bool, threads: int = 1):
-    """Return surface_tangent(body, basis, pairs, number), which fills pairs.values of contact block `number`.
+    """Return surface_tangent(body, contact, pairs, number), which fills pairs.values of contact block `number`.
 
     kind, law: of the cells of the block; plain: every basis is the identity; threads: that share the cells.
     """
-    law_of, team = LAWS[law], Contact(options=ContactOptions(threads=threads))
+    law_of = LAWS[law]
     parts, linear, size = law_of.tangents, law_of.linear, len(law_of.state)
     functions, width = FUNCTIONS[kind], WIDTH
     mean, corners, cell_memory = functions.tangent == "mean-dilatation", functions.corners, functions.points * size
@@ -202,14 +201,15 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool, threads: 
                         add_pair(pairs, basis, p, value, block, plain)
 
     @ti.func
-    def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):
+    def surface_tangent(body: ti.template(), contact: ti.template(), pairs: ti.template(), number):
+        basis = ti.static(contact.basis)
         at = number * CONTACT_BLOCK
         first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
         parameters = constants_of(body, pairs.blocks[at + MATERIAL_AT], law_of)
         at_points = [0.0 if ti.static(apart and i == 0) else parameters[i] for i in ti.static(range(len(parameters)))]
         if ti.static(threads > 1):
-            for turn in range(turns(team, pairs.blocks[at + LAST_CELL] - first_cell)):
-                own = first_cell + item(team, turn)
+            for turn in range(turns(contact, pairs.blocks[at + LAST_CELL] - first_cell)):
+                own = first_cell + item(contact, turn)
                 tangent_of_cell(body, basis, pairs, number, at, first_cell, gradients, parameters, at_points, own)
         else:
             for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):

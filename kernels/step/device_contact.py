@@ -1,7 +1,7 @@
 """The boundary nodes of a step on a GPU: load, kick, drift, prediction and static solve by one block of threads.
 
 After the loops over cells and ordinary nodes (device_step.py) one block takes the boundary nodes, with the functions of
-the CPU, whose loops its threads share (language/threads.py):
+the CPU, whose loops its threads share (language/threads.py), or several where they are many (device_blocks.py):
 
     viscous cells     with viscous contact cells: their force of the step that ends here, a thread per cell
     boundary block    contact load lambda_k = max(0, nu.(f_k - f_ext,k)); friction; kick and drift, of obstacles that
@@ -38,9 +38,10 @@ from ..nodes.rigid_body import move_bodies
 from ..nodes.shared_loads import apply_shared_loads
 from ..nodes.springs import measure_springs, spring_forces
 from ..static.control import CONVERGED, MEASURE, NEXT, any_island
-from ..static.massless_contact import massless_load, move_out, predict
-from ..static.sliding import restart_slip, sliding_work
+from ..static.massless_contact import massless_load
+from ..static.sliding import sliding_work
 from ..static.solve import make_resolve
+from .device_blocks import make_boundary_launches, make_solve_launches
 from .device_control import (
     A_LOOK,
     A_PASS,
@@ -55,44 +56,12 @@ from .device_control import (
     takes_step,
     want_pass,
 )
+from .device_placing import placed, rate_of
 from .device_step import STEPS, make_loops
 from .device_surface import make_surface_cells
 from .shared_rigid_rate import measure_shared_rigid_rate
 
 CONTACT_STEPS = (*STEPS, "after")
-
-
-@ti.func
-def rate_of(step):
-    """Return the inverse of a step, 0 for none: the factor of the strains of viscous contact cells in it."""
-    return ti.select(step > 0.0, 1.0 / ti.max(step, 1e-300), 0.0)
-
-
-@ti.func
-def placed(
-    body: ti.template(), lists: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(),
-    launch: ti.template(), ratio, fall, after, exact: ti.template(),
-):  # fmt: skip
-    """Predict the massless nodes, move them out of obstacles and ask for passes of the static solve.
-
-    after [s]: the step that begins, 0 at the start of a run.
-    """
-    if ti.static(contact.options.viscous):
-        if leader(contact) == 1:
-            launch.viscous_cells[RATE] = rate_of(after)
-    if ti.static(contact.options.static_friction):
-        if leader(contact) == 1:
-            contact.friction[STEP] = after
-        if after == 0.0:
-            restart_slip(body, contact)
-    if ti.static(contact.options.obstacle_slots == MAXIMUM_SLOTS):
-        choose_candidates(obstacles, contact, body.u)
-    predict(body, contact, ratio, fall)
-    if ti.static(exact):
-        fill_rows(obstacles, rows, contact, body.u)
-        move_out(body, contact, rows)
-    if leader(contact) == 1:
-        want_pass(lists)
 
 
 @ti.func
@@ -148,7 +117,7 @@ def load_freely(
 def make_device_contact_step(
     kinds: tuple[tuple[str, str], ...], signature: Signature, threads: int, options: ContactOptions, exact: bool,
     has_supports: bool, driven: bool, has_springs: bool, measured: tuple[int, ...] = (), surface_threads: int = 0,
-    loaded: str = "", damped: str = "",
+    loaded: str = "", damped: str = "", blocks: int = 1,
 ):  # fmt: skip
     """Return the step kernel of a domain with contact, memoised.
 
@@ -157,12 +126,14 @@ def make_device_contact_step(
     "penalty", "impulse", or "" without contact; exact: massless without a penalty;
     has_supports: supports hold or move components; driven: functions of time move some of them;
     has_springs: springs act on boundary nodes; measured, surface_threads: with viscous contact cells, as in
-    `make_device_pass`; loaded: "loads", "gravity" if that is a function of time, or "" without (loads.py).
+    `make_device_pass`; loaded: "loads", "gravity" if that is a function of time, or "" without (loads.py); blocks: of
+    threads that share the boundary nodes (device_blocks.py).
     """
     pulled = loaded == "gravity"
     cell_loop, node_loop = make_loops(kinds, threads, damped, True, pulled)
     viscous_cells_of = make_surface_cells(kinds, measured, surface_threads, False, options.viscous)
     extra = int(options.viscous)  # number of a row behind the sums: the power of viscous cells
+    boundary_launches = make_boundary_launches(options, blocks, exact, has_supports, damped)
 
     @ti.func
     def viscous_loop(
@@ -241,7 +212,9 @@ def make_device_contact_step(
                     if after > 0.0:
                         ratio = ti.select(before > 0.0, after / ti.max(before, 1e-300), 1.0)
                         fall = 0.5 * after * (before + after) * ti.Vector([numbers[GRAVITY + j] for j in range(3)])
-                        placed(own, lists, obstacles, rows, contact, launch, ratio, fall, after, exact)
+                        placed(own, obstacles, rows, contact, launch, ratio, fall, after, exact)
+                        if leader(contact) == 1:
+                            want_pass(lists)
                 if ti.static(loaded != ""):
                     if after > 0.0:
                         apply_shared_loads(ti.static(body if pulled else own), boundary, contact, number + 1, pulled)
@@ -260,10 +233,15 @@ def make_device_contact_step(
         node_loop(offer, steps, body, lists)
         for n in ti.static(range(len(measured))):
             viscous_loop(n, before, body, lists, launch)
-        boundary_block(
-            offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, pairs, system,
-            rigid, launch,
-        )  # fmt: skip
+        if ti.static(blocks > 1):
+            boundary_launches(
+                offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, system, launch
+            )
+        else:
+            boundary_block(
+                offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, pairs, system,
+                rigid, launch,
+            )  # fmt: skip
 
     parts = {"options": options, "driven": driven}
     made = kernel_of(device_contact_step, signature, ("offer", "commit"), CONTACT_STEPS, **parts)
@@ -281,7 +259,9 @@ def make_device_start(signature: Signature, options: ContactOptions, exact: bool
     ):  # fmt: skip
         ti.loop_config(block_dim=BLOCK_THREADS)
         for _ in range(BLOCK_THREADS):
-            placed(body, lists, obstacles, rows, contact, launch, 0.0, ti.Vector.zero(ti.f64, 3), 0.0, exact)
+            placed(body, obstacles, rows, contact, launch, 0.0, ti.Vector.zero(ti.f64, 3), 0.0, exact)
+            if leader(contact) == 1:
+                want_pass(lists)
 
     return compiled_with(kernel_of(device_start, signature, options=options), **LEAVE_TO_LLVM)
 
@@ -289,15 +269,16 @@ def make_device_start(signature: Signature, options: ContactOptions, exact: bool
 @functools.cache
 def make_device_pass(
     kinds: tuple[tuple[str, str], ...], measured: tuple[int, ...], signature: Signature, threads: int,
-    options: ContactOptions, plain: bool,
+    options: ContactOptions, plain: bool, blocks: int = 1,
 ):  # fmt: skip
     """Return the kernel of one pass of the static solve, memoised.
 
     measured: the kinds, by number, that have contact cells; threads: of the loops over these; plain: every basis is the
-    identity.
+    identity; blocks: as in `make_device_contact_step`.
     """
     cells_of = make_surface_cells(kinds, measured, threads, True, options.viscous)
     resolve = make_resolve(kinds, options.block, plain, options.threads)
+    solve_launches = make_solve_launches(kinds, options, blocks, plain)
 
     @ti.func
     def surface_loop(n: ti.template(), body: ti.template(), lists: ti.template(), launch: ti.template()):
@@ -310,13 +291,11 @@ def make_device_pass(
                 cells_of(n, t, rate, body, lists, launch.viscous_cells)
 
     @ti.func
-    def device_pass(
+    def solve_block(
         body: ti.template(), lists: ti.template(), boundary: ti.template(), obstacles: ti.template(),
         rows: ti.template(), contact: ti.template(), pairs: ti.template(), system: ti.template(),
         launch: ti.template(),
     ):  # fmt: skip
-        for n in ti.static(range(len(measured))):
-            surface_loop(n, body, lists, launch)
         ti.loop_config(block_dim=BLOCK_THREADS)
         for _ in range(BLOCK_THREADS):
             if lists.control[WANTS] == A_PASS:
@@ -334,5 +313,18 @@ def make_device_pass(
                     if any_island(system.stats, NEXT, MEASURE) == 0:
                         failed = any_island(system.stats, CONVERGED, 0.0)
                         lists.control[WANTS] = ti.select(failed == 1, A_LOOK, NOTHING)
+
+    @ti.func
+    def device_pass(
+        body: ti.template(), lists: ti.template(), boundary: ti.template(), obstacles: ti.template(),
+        rows: ti.template(), contact: ti.template(), pairs: ti.template(), system: ti.template(),
+        launch: ti.template(),
+    ):  # fmt: skip
+        for n in ti.static(range(len(measured))):
+            surface_loop(n, body, lists, launch)
+        if ti.static(blocks > 1):
+            solve_launches(body, lists, boundary, obstacles, rows, contact, pairs, system, launch.viscous_cells)
+        else:
+            solve_block(body, lists, boundary, obstacles, rows, contact, pairs, system, launch)
 
     return compiled_with(kernel_of(device_pass, signature, options=options), **LEAVE_TO_LLVM)

@@ -13,6 +13,7 @@ from ...kernels.columns import group_size
 from ...kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_ROWS, GROUPS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.rigid_bodies import RigidBodies
+from ...planning.device_blocks import contact_blocks, partial_numbers
 from ...planning.device_lists import colour_lists, givers, parts_of, surface_corners, surface_threads
 from ...planning.domain import Domain
 from .device_loads import DeviceLoads
@@ -56,10 +57,11 @@ class DeviceContactSteps(DeviceSteps):
         self._cells = contact.cell_viscosity
         self.boundary_nodes, self.inverse_mass = boundary.nodes, boundary.inverse_mass
         self.passes = FEWEST_PASSES
+        blocks = contact_blocks(domain, options)
         colours = colour_lists(domain.contact.graph, solve.islands, arrays.get(solve.system["pack_start"]))
         own = self._own = {
             "sums": arrays.zeros(self.width),
-            "shared": arrays.zeros(BLOCK_NUMBERS * (BLOCK_THREADS + GROUPS)),
+            "shared": arrays.zeros(blocks * BLOCK_NUMBERS * (BLOCK_THREADS + GROUPS)),
             "residual_givers": arrays.put(givers(*domain.residual_receivers, everyone)),
             "residual_shares": arrays.zeros(3 * count),
             "colours": arrays.put(colours),
@@ -67,9 +69,12 @@ class DeviceContactSteps(DeviceSteps):
             "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * self._row_width),
             "corner_rows": arrays.put(self._corners(force, domain)),
         }
+        if blocks > 1:
+            own["partial"] = arrays.zeros(blocks * partial_numbers(self.width, len(solve.islands)))
         loads = self.loads = DeviceLoads(domain, force, u, boundary)
         lists = force.lists._replace(contact_parts=own["contact_parts"], control=own["control"])
-        shares = {name: own[name] for name in ("sums", "shared", "residual_givers", "residual_shares")}
+        shared = "sums", "shared", "residual_givers", "residual_shares", "partial"
+        shares = {name: own[name] for name in shared if name in own}
         common = {
             "boundary": Boundary(**boundary.arguments(), **loads.arguments(), sums=own["sums"]),
             "obstacles": Obstacles(**contact.obstacle_arguments()),
@@ -110,9 +115,9 @@ class DeviceContactSteps(DeviceSteps):
         has = exact, supports is not None, bool(domain.driven), bool(domain.springs)
         cells = (measured, threads) if contact.viscous else ((), 0)
         parts = domain.kinds, signature_of(step), force.threads, options, *has, *cells
-        self._step = Prepared(made(*parts, loaded=loads.name, **options_of))
+        self._step = Prepared(made(*parts, loaded=loads.name, **options_of, blocks=blocks))
         self._start = Prepared(device_contact.make_device_start(signature_of(start), options, exact))
-        of_pass = domain.kinds, measured, signature_of(solved), threads, options, contact.plain
+        of_pass = domain.kinds, measured, signature_of(solved), threads, options, contact.plain, blocks
         self._pass = Prepared(device_contact.make_device_pass(*of_pass))
         self._arrays = tuple(arguments(bundles) for bundles in (step, start, solved))
         names = "values", "inverse", "stiffness", "stats"
