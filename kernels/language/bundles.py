@@ -105,6 +105,27 @@ class Supports(NamedTuple):
     driven: Any = None
 
 
+class LayerOptions(NamedTuple):
+    """Compile-time options of friction layers that a GPU steps (layer/device_layers.py).
+
+    plain: all have one side; several: some nodes may slide on several metals.
+    """
+
+    plain: bool = True
+    several: bool = False
+
+
+class LayerCells(NamedTuple):
+    """State of the friction layers of a batch (layer/layer1d.py), and the room in which they are solved."""
+
+    rise: Array = None
+    growth: Array = None
+    hardening: Array = None
+    carried: Array = None
+    cells: Array = None
+    scratch: Array = None
+
+
 class Contact(NamedTuple):
     """Contact nodes and their forces; the partners in contact appear only in constraint rows (constraint_rows.py).
 
@@ -119,7 +140,7 @@ class Contact(NamedTuple):
     the contact nodes whose share acts on boundary node s at residual_givers[s] .. residual_givers[s+1];
     residual_shares [k, 3] [N]: of each receiver of node k. Where other ranks have copies of nodes: counted [s]: 1.0 for
     the boundary nodes that the sums of this rank count, else 0.0 (counted.py); residual_shares [k, 3] [N]: of all
-    receivers of node k together.
+    receivers of node k together. Where a GPU steps friction layers: layers, layer_lists, layer_tables: layer_places.py.
     """
 
     nodes: Index = None
@@ -138,6 +159,9 @@ class Contact(NamedTuple):
     residual_givers: Index = None
     residual_shares: Array = None
     counted: Array = None
+    layers: Array = None
+    layer_lists: Index = None
+    layer_tables: Array = None
     options: Any = None
 
     @property
@@ -239,7 +263,7 @@ class ContactOptions(NamedTuple):
     coefficients of friction of the rows change in the run; recorded: slip and friction work of every node are summed up
     for frames (friction_record.py); free: some obstacles move freely; posed: the host places others for every step;
     threads: that share the loops (threads.py); shared: ranks share the static solve, whose phases the host launches
-    (step/rank_solve.py).
+    (step/rank_solve.py); layers: of friction layers that a GPU steps.
     """
 
     model: str = ""
@@ -261,6 +285,7 @@ class ContactOptions(NamedTuple):
     posed: bool = False
     threads: int = 1
     shared: bool = False
+    layers: LayerOptions | None = None
 
     @property
     def obstacle_slots(self) -> int:
