@@ -6,6 +6,7 @@ import dataclasses
 import os
 
 import numpy as np
+from cuda_layer_scenes import STEP, baked, branded, fused
 from oracle import meshes
 from scenes import block, wall
 
@@ -273,14 +274,19 @@ def moulded():
 
 FRICTIONLESS = (normal, full, linear, sprung, ball, corner, sagged, crushed, fast, pressed, held, moulded)
 WITH_FRICTION = (rubbed, wedged, crept, slowed, forged, carried, floated, repelled, struck, swept, spun, paved)
+LAYERED = (baked, fused, branded)
 # scenes that combine what others have term by term: with --slow alone, since each has kernels of its own
-COMBINED = () if os.environ.get("TCONTACT_SLOW", "0") not in ("", "0") else (linear, sagged, fast, rubbed, spun)
-RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION if scene not in COMBINED)
-SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION if scene not in COMBINED}
+SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
+COMBINED = () if SLOW else (
+    linear, sagged, fast, rubbed, spun, fused, branded
+)  # fmt: skip
+RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION + LAYERED if scene not in COMBINED)
+SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION + LAYERED if scene not in COMBINED}
+STEPS = {name: STEP for name in SCENES if name in [scene.__name__ for scene in LAYERED]}  # first ones [s], else 2e-5
 
 # those that run with the threads in reversed order too
-REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held", "floated", "paved")
-COUNTED = ("normal", "wedged", "slowed", "repelled", "swept", "paved")  # those whose launches of a block are counted
+REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held", "floated", "paved", "baked")
+COUNTED = ("normal", "wedged", "slowed", "repelled", "swept", "paved", "baked")  # whose launches of a block are counted
 
 
 def state_of(name):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,10 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cuda_contact_scenes
+import pytest
+import stopped_runs
 
+import tcontact as tc
 from tcontact.device import runtime
 from tcontact.kernels.lanes import DEVICE_ROWS
 from tcontact.schemes.explicit.device_contact import DeviceContactSteps
@@ -19,7 +24,7 @@ from tcontact.schemes.explicit.device_contact import DeviceContactSteps
 
 def state_of(name: str):
     """Return the state of a scene at its start, and its first step [s]."""
-    state, step = cuda_contact_scenes.state_of(name), 2e-5
+    state, step = cuda_contact_scenes.state_of(name), cuda_contact_scenes.STEPS.get(name, 2e-5)
     state.begin_contact(step)
     return state, step
 
@@ -66,6 +71,21 @@ def short_of_passes() -> dict[str, np.ndarray]:
     return found | {"asked": np.array(len(asked))}
 
 
+def resumed() -> np.ndarray:
+    """Return whether a run with friction layers that goes on from each of its checkpoints leaves the same bits."""
+    scene, scheme = cuda_contact_scenes.SCENES["baked"]()
+    folder, found = Path(tempfile.mkdtemp()), []
+    options = {"arch": "cuda", "progress": False, "frames": 5}
+    with pytest.MonkeyPatch.context() as patch:
+        whole, copies = stopped_runs.copied(patch, folder, scene, scheme, 13, **options)
+    for path in copies.values():
+        stopped_runs.same(whole, tc.resume(path, scene, scheme, arch="cuda"))
+        stopped_runs.same_files(folder / "whole", path)
+        found.append(True)
+    shutil.rmtree(folder)
+    return np.array(found)
+
+
 def main(out: str) -> None:
     """Run everything and store it."""
     runtime.start("cuda")
@@ -77,6 +97,8 @@ def main(out: str) -> None:
     for name in cuda_contact_scenes.REVERSED if reverse else cuda_contact_scenes.SCENES:
         found |= {f"{name}/{key}": value for key, value in cuda_contact_scenes.run(name, "cuda").items()}
     found |= {f"short/{key}": value for key, value in short_of_passes().items()}
+    if cuda_contact_scenes.SLOW and not reverse:
+        found["resumed"] = resumed()
     np.savez(out, **found)
 
 

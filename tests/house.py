@@ -52,6 +52,7 @@ KERNEL_ROOMS = (
     "rigid_places",
     "volume_places",
     "load_places",
+    "layer_places",
     "lanes",
     "engine",
 )

@@ -233,7 +233,8 @@ def layer_slip(
     body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), damped: ti.template()
 ):
     """Set the input of the friction layers: slip speed of every node without friction, and its change by a force."""
-    for k in range(node_count(contact)):
+    for turn in range(turns(contact, node_count(contact))):
+        k = item(contact, turn)
         layer_slip_node(body, boundary, contact, rows, damped, k)
 
 

@@ -105,6 +105,27 @@ class Supports(NamedTuple):
     driven: Any = None
 
 
+class LayerOptions(NamedTuple):
+    """Compile-time options of friction layers that a GPU steps (layer/device_layers.py).
+
+    plain: all have one side; several: some nodes may slide on several metals.
+    """
+
+    plain: bool = True
+    several: bool = False
+
+
+class LayerCells(NamedTuple):
+    """State of the friction layers of a batch (layer/layer1d.py), and the room in which they are solved."""
+
+    rise: Array = None
+    growth: Array = None
+    hardening: Array = None
+    carried: Array = None
+    cells: Array = None
+    scratch: Array = None
+
+
 class Contact(NamedTuple):
     """Contact nodes and their forces; the partners in contact appear only in constraint rows (constraint_rows.py).
 
@@ -120,7 +141,7 @@ class Contact(NamedTuple):
     residual_shares [k, 3] [N]: of each receiver of node k; of several blocks of threads also partial [number, block]:
     sums of every block; place: number of the thread. Where other ranks have copies of nodes: counted [s]: 1.0 for the
     boundary nodes that the sums of this rank count, else 0.0 (counted.py); residual_shares [k, 3] [N]: of all receivers
-    of node k together.
+    of node k together. Where a GPU steps friction layers: layers, layer_lists, layer_tables: layer_places.py.
     """
 
     nodes: Index = None
@@ -141,6 +162,9 @@ class Contact(NamedTuple):
     counted: Array = None
     partial: Array = None
     place: Any = None
+    layers: Array = None
+    layer_lists: Index = None
+    layer_tables: Array = None
     options: Any = None
 
     @property
@@ -252,7 +276,7 @@ class ContactOptions(NamedTuple):
     coefficients of friction of the rows change in the run; recorded: slip and friction work of every node are summed up
     for frames (friction_record.py); free: some obstacles move freely; posed: the host places others for every step;
     threads: that share the loops (threads.py), in so many blocks; shared: ranks share the static solve, whose phases
-    the host launches (step/rank_solve.py).
+    the host launches (step/rank_solve.py); layers: of friction layers that a GPU steps.
     """
 
     model: str = ""
@@ -275,6 +299,7 @@ class ContactOptions(NamedTuple):
     threads: int = 1
     blocks: int = 1
     shared: bool = False
+    layers: LayerOptions | None = None
 
     @property
     def obstacle_slots(self) -> int:

@@ -1,25 +1,36 @@
-"""Copies between arrays of a device, without the host."""
+"""Copies between arrays of a device, without the host.
+
+Each has a fixed number of threads, of which each takes numbers at the distance of this number: a loop of a length known
+only at run time costs a further launch.
+"""
 
 from ..engine import ti
+from ..lanes import MOST_THREADS
 from .arguments import ARRAY, INDEX
 
 
 @ti.kernel
 def copy_part(source: ARRAY, first: ti.i32, target: ARRAY):
     """Copy as many numbers as the target has, from place `first` of the source on."""
-    for i in range(target.shape[0]):
-        target[i] = source[first + i]
+    for t in range(MOST_THREADS):
+        for turn in range((target.shape[0] - t + MOST_THREADS - 1) // MOST_THREADS):
+            i = t + turn * MOST_THREADS
+            target[i] = source[first + i]
 
 
 @ti.kernel
 def copy_into(source: ARRAY, target: ARRAY, first: ti.i32):
     """Copy all numbers of the source to the target, from place `first` of it on."""
-    for i in range(source.shape[0]):
-        target[first + i] = source[i]
+    for t in range(MOST_THREADS):
+        for turn in range((source.shape[0] - t + MOST_THREADS - 1) // MOST_THREADS):
+            i = t + turn * MOST_THREADS
+            target[first + i] = source[i]
 
 
 @ti.kernel
 def copy_wholes(source: INDEX, target: INDEX):
     """Copy an array of whole numbers."""
-    for i in range(target.shape[0]):
-        target[i] = source[i]
+    for t in range(MOST_THREADS):
+        for turn in range((target.shape[0] - t + MOST_THREADS - 1) // MOST_THREADS):
+            i = t + turn * MOST_THREADS
+            target[i] = source[i]

@@ -21,7 +21,7 @@ from ..contact.contact_load import impulse_load, penalty_load
 from ..contact.free_obstacles import load_free_obstacles, place_free_obstacles
 from ..contact.friction import STEP, clear_work
 from ..contact.friction_laws import note_slip, set_coefficients
-from ..contact.kick_friction import kick_friction
+from ..contact.kick_friction import kick_friction, layer_slip
 from ..contact.obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
 from ..contact.obstacles import RECORD, set_pose
 from ..engine import ti
@@ -30,6 +30,8 @@ from ..language.bundles import ContactOptions
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
 from ..language.threads import item, leader, meet, turns
+from ..layer.device_layers import begin_layers, end_layers, measure_layers
+from ..layer_places import ROW as LAYER_ROW
 from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
 from ..nodes.device_nodes import step_numbers
 from ..nodes.driven_supports import accelerate, move_on
@@ -43,6 +45,7 @@ from ..static.sliding import sliding_work
 from ..static.solve import make_resolve
 from .device_blocks import make_boundary_launches, make_solve_launches
 from .device_control import (
+    A_LAYER,
     A_LOOK,
     A_PASS,
     DEVICE_CONTROL,
@@ -54,6 +57,7 @@ from .device_control import (
     WANTS,
     row_of,
     takes_step,
+    want_layers,
     want_pass,
 )
 from .device_placing import placed, rate_of
@@ -62,6 +66,19 @@ from .device_surface import make_surface_cells
 from .shared_rigid_rate import measure_shared_rigid_rate
 
 CONTACT_STEPS = (*STEPS, "after")
+LOADS, MOTION = "loads", "motion"  # parts of the step with friction layers
+
+
+@ti.func
+def moves(lists: ti.template(), contact: ti.template(), before, after):
+    """Return 1 if the boundary nodes are kicked and moved: in a step that is taken, behind the friction layers."""
+    found = 0
+    if ti.static(contact.options.layered):
+        if lists.control[WANTS] == A_LAYER:
+            found = end_layers(contact, before, after)
+    else:
+        found = takes_step(lists)
+    return found
 
 
 @ti.func
@@ -84,20 +101,49 @@ def contact_load(
 
 
 @ti.func
-def friction_load(
+def friction_work(
     body: ti.template(), boundary: ti.template(), obstacles: ti.template(), rows: ti.template(),
-    contact: ti.template(), rigid: ti.template(), before, after, damped: ti.template(),
+    contact: ti.template(), before, after,
 ):  # fmt: skip
-    """Sum up the work of friction in the step that ends, and apply the friction of the kick to the contact nodes."""
+    """Sum up the work of friction in the step that ends, and set the coefficients of the kick."""
     clear_work(contact)
     if ti.static(contact.options.static_friction):
         sliding_work(body, boundary, contact, rows, None)
     if ti.static(contact.options.varied):
         first = ti.select(before > 0.0, 0, 1)
         set_coefficients(body, boundary, obstacles, rows, None, contact, 1, first, after)
+
+
+@ti.func
+def friction_load(
+    body: ti.template(), boundary: ti.template(), obstacles: ti.template(), rows: ti.template(),
+    contact: ti.template(), rigid: ti.template(), damped: ti.template(),
+):  # fmt: skip
+    """Apply the friction of the kick to the contact nodes."""
     if ti.static(contact.options.kick_friction):
         kick_friction(body, boundary, contact, rows, obstacles, rigid, damped)
         hand_over_friction(body, contact, rows)
+
+
+@ti.func
+def set_loads(
+    number, body: ti.template(), boundary: ti.template(), supports: ti.template(), obstacles: ti.template(),
+    rows: ti.template(), contact: ti.template(), system: ti.template(), launch: ti.template(), before, after,
+    driven: ti.template(), has_springs: ti.template(), damped: ti.template(),
+):  # fmt: skip
+    """Set what acts on the boundary nodes at the level but friction and damping; number: of the row."""
+    if ti.static(contact.options.viscous):
+        if leader(contact) == 1:
+            launch.viscous_cells[RATE] = rate_of(before)
+        viscous_load(body, boundary, contact, launch.viscous_cells)
+    if ti.static(driven):
+        accelerate(body, boundary, supports, contact, number)
+    if ti.static(has_springs):
+        spring_forces(body, boundary, contact, damped)
+    if ti.static(contact.options.model != ""):
+        contact_load(body, boundary, obstacles, rows, contact, system, before, after)
+    if ti.static(contact.options.friction != ""):
+        friction_work(body, boundary, obstacles, rows, contact, before, after)
 
 
 @ti.func
@@ -117,7 +163,7 @@ def load_freely(
 def make_device_contact_step(
     kinds: tuple[tuple[str, str], ...], signature: Signature, threads: int, options: ContactOptions, exact: bool,
     has_supports: bool, driven: bool, has_springs: bool, measured: tuple[int, ...] = (), surface_threads: int = 0,
-    loaded: str = "", damped: str = "", blocks: int = 1,
+    loaded: str = "", damped: str = "", blocks: int = 1, part: str = "",
 ):  # fmt: skip
     """Return the step kernel of a domain with contact, memoised.
 
@@ -127,12 +173,14 @@ def make_device_contact_step(
     has_supports: supports hold or move components; driven: functions of time move some of them;
     has_springs: springs act on boundary nodes; measured, surface_threads: with viscous contact cells, as in
     `make_device_pass`; loaded: "loads", "gravity" if that is a function of time, or "" without (loads.py); blocks: of
-    threads that share the boundary nodes (device_blocks.py).
+    threads that share the boundary nodes (device_blocks.py); part: with friction layers LOADS, up to what they need, or
+    MOTION, what follows them (device_layers.py), else "".
     """
     pulled = loaded == "gravity"
     cell_loop, node_loop = make_loops(kinds, threads, damped, True, pulled)
     viscous_cells_of = make_surface_cells(kinds, measured, surface_threads, False, options.viscous)
-    extra = int(options.viscous)  # number of a row behind the sums: the power of viscous cells
+    viscous = int(options.viscous)  # number of a row behind the sums: the power of viscous cells; then those of layers
+    extra = viscous + len(LAYER_ROW) * options.layered
     boundary_launches = make_boundary_launches(options, blocks, exact, has_supports, damped)
 
     @ti.func
@@ -145,6 +193,29 @@ def make_device_contact_step(
                 viscous_cells_of(n, t, rate_of(before), body, lists, launch.viscous_cells)
 
     @ti.func
+    def load_block(
+        offer: ti.template(), before: ti.template(), after: ti.template(), steps: ti.template(), body: ti.template(),
+        lists: ti.template(), boundary: ti.template(), supports: ti.template(), obstacles: ti.template(),
+        rows: ti.template(), contact: ti.template(), system: ti.template(), launch: ti.template(),
+    ):  # fmt: skip
+        ti.loop_config(block_dim=BLOCK_THREADS)
+        for _ in range(BLOCK_THREADS):
+            if takes_step(lists) == 1:
+                number = row_of(lists, offer)
+                numbers = step_numbers(body, steps, pulled)
+                own = ti.static(body._replace(params=numbers))
+                set_loads(
+                    number, own, boundary, supports, obstacles, rows, contact, system, launch, before, after, driven,
+                    has_springs, damped,
+                )  # fmt: skip
+                if ti.static(options.kick_friction and not options.static_friction):
+                    layer_slip(own, boundary, contact, rows, damped)
+                    meet(contact)
+                begin_layers(contact, rows, obstacles, before, after)
+                if leader(contact) == 1:
+                    want_layers(lists, offer)
+
+    @ti.func
     def boundary_block(
         offer: ti.template(), before: ti.template(), after: ti.template(), steps: ti.template(), body: ti.template(),
         lists: ti.template(), boundary: ti.template(), supports: ti.template(), obstacles: ti.template(),
@@ -153,22 +224,17 @@ def make_device_contact_step(
     ):  # fmt: skip
         ti.loop_config(block_dim=BLOCK_THREADS)
         for _ in range(BLOCK_THREADS):
-            if takes_step(lists) == 1:
+            if moves(lists, contact, before, after) == 1:
                 number = row_of(lists, offer)
                 numbers = step_numbers(body, steps, pulled)
                 own = ti.static(body._replace(params=numbers))
-                if ti.static(options.viscous):
-                    if leader(contact) == 1:
-                        launch.viscous_cells[RATE] = rate_of(before)
-                    viscous_load(own, boundary, contact, launch.viscous_cells)
-                if ti.static(driven):
-                    accelerate(own, boundary, supports, contact, number)
-                if ti.static(has_springs):
-                    spring_forces(own, boundary, contact, damped)
-                if ti.static(options.model != ""):
-                    contact_load(own, boundary, obstacles, rows, contact, system, before, after)
+                if ti.static(not options.layered):
+                    set_loads(
+                        number, own, boundary, supports, obstacles, rows, contact, system, launch, before, after,
+                        driven, has_springs, damped,
+                    )  # fmt: skip
                 if ti.static(options.friction != ""):
-                    friction_load(own, boundary, obstacles, rows, contact, rigid, before, after, damped)
+                    friction_load(own, boundary, obstacles, rows, contact, rigid, damped)
                 if ti.static(options.tracked):
                     obstacle_loads(obstacles, rows, contact, rigid, own.u)
                 if ti.static(options.free):
@@ -191,6 +257,8 @@ def make_device_contact_step(
                     note_slip(own, boundary, obstacles, rows, None, contact)
                 meet(contact)
                 width = contact.sums.shape[0]
+                if ti.static(options.layered):
+                    measure_layers(contact, lists.control, DEVICE_CONTROL + number * (width + extra) + width + viscous)
                 for turn in range(turns(contact, width)):
                     j = item(contact, turn)
                     lists.control[DEVICE_CONTROL + number * (width + extra) + j] = contact.sums[j]
@@ -199,6 +267,8 @@ def make_device_contact_step(
                         power = launch.viscous_cells[POWER]
                         lists.control[DEVICE_CONTROL + number * (width + extra) + width] = power
                     lists.control[TAKEN] = number + 1.0
+                    if ti.static(options.layered):
+                        lists.control[WANTS] = NOTHING
                     if offer == 0:
                         lists.control[MOST] = 0.0
                 if ti.static(options.posed):
@@ -228,13 +298,18 @@ def make_device_contact_step(
         pairs: ti.template(), system: ti.template(), rigid: ti.template(), launch: ti.template(),
     ):  # fmt: skip
         steps = ti.static([kick_before, kick_after, drift, g0, g1, g2])
-        for i in ti.static(range(len(kinds))):
-            cell_loop(i, offer, commit, before, body, lists)
-        node_loop(offer, steps, body, lists)
-        for n in ti.static(range(len(measured))):
-            viscous_loop(n, before, body, lists, launch)
+        if ti.static(part != MOTION):
+            for i in ti.static(range(len(kinds))):
+                cell_loop(i, offer, commit, before, body, lists)
+            node_loop(offer, steps, body, lists)
+            for n in ti.static(range(len(measured))):
+                viscous_loop(n, before, body, lists, launch)
         if ti.static(blocks > 1):
             boundary_launches(
+                offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, system, launch
+            )
+        elif ti.static(part == LOADS):
+            load_block(
                 offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, system, launch
             )
         else:

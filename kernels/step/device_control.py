@@ -3,7 +3,9 @@
 The host offers steps and passes of the static solve; the device takes an offer if it is its turn. A step is taken where
 the last solve has ended (WANTS = NOTHING), a pass where one goes on (A_PASS). A solve that needs more passes than one
 step offers takes those of the next step, whose own launches then do nothing. A solve that did not converge (A_LOOK)
-lets nothing more happen. Behind these numbers stand the sums of the boundary nodes, a row for every step of the block.
+lets nothing more happen. A step with friction layers waits for them between its load and its kick (A_LAYER); where they
+take two layer steps one after the other, the second one takes the launches of the next step. Behind these numbers stand
+the sums of the boundary nodes and the numbers of the layers, a row for every step of the block.
 """
 
 from ..engine import ti
@@ -12,7 +14,7 @@ from ..engine import ti
 # largest number of passes of a step in this block
 WANTS, TAKEN, FIRST, PASSES, MOST = 0, 1, 2, 3, 4
 DEVICE_CONTROL = 5
-NOTHING, A_PASS, A_LOOK = 0.0, 1.0, 2.0
+NOTHING, A_PASS, A_LOOK, A_LAYER = 0.0, 1.0, 2.0, 3.0
 
 
 @ti.func
@@ -33,3 +35,12 @@ def want_pass(lists: ti.template()):
     lists.control[WANTS] = A_PASS
     lists.control[FIRST] = 1.0
     lists.control[PASSES] = 0.0
+
+
+@ti.func
+def want_layers(lists: ti.template(), offer):
+    """Ask for a step of the friction layers; offer: number of the step that waits for it."""
+    lists.control[WANTS] = A_LAYER
+    if offer == 0:
+        lists.control[TAKEN] = 0.0
+        lists.control[MOST] = 0.0

@@ -15,6 +15,7 @@ import numpy as np
 from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..friction_layer import LayerState
+from ..kernels.layer_places import COOL, EASY, FIRST, MAXIMUM_SPAN, ROUNDING, SMALLEST_WORK
 from ..planning.domain import Domain
 from ..scene.friction_laws import law_data
 from ..scene.friction_models import FrictionLayer
@@ -25,13 +26,6 @@ from .heat_exchange import HeatExchange
 from .node_layers import NodeLayers
 from .pairs.pair_contact import PairContact
 from .sliding_partners import SlidingPartners
-
-COOL = 0.5  # 1 - stress/(stress that would melt the surface) above which a layer step may span mechanical ones
-FIRST = 8  # layer steps in the first mechanical step that slides
-MAXIMUM_SPAN = 32  # mechanical steps that one layer step may span
-SLIDES = 1e-6  # share of the largest friction work of a step of its body above which a node slides
-ROUNDING = 1e-10  # relative rounding error of the friction work of a node that sticks
-EASY = 0.1  # share of the tolerance below which the error allows longer layer steps
 
 
 def make_friction(scene: Scene, domain: Domain, static_friction: bool) -> Friction:
@@ -175,7 +169,7 @@ class LayeredFriction(Friction):
         work = self.node(self.names.WORK) / self.areas
         rounding = ROUNDING * self._force * self.node(self.names.SPEED) * dt / self.areas
         self._largest_work = np.maximum(self._largest_work, np.maximum.reduceat(work, self._first))
-        slides = work > np.maximum(SLIDES * self._largest_work[self._body], rounding)
+        slides = work > np.maximum(SMALLEST_WORK * self._largest_work[self._body], rounding)
         if (slides & ~self._slid).any():
             self.span = 1
             if not self._slid.any():

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..device import arrays
+from ..device import arrays, runtime
 from ..friction_layer import Layer
 from ..scene.friction_models import FrictionLayer
 from ..scene.layer_metals import LayerKind
@@ -40,7 +40,7 @@ class NodeLayers:
                 reload=model.reload,
                 open_ends=kind.open_ends,
                 start_temperatures=kind.temperatures,
-                threads=None,
+                arch=runtime.arch(),
             )
             for kind, mine in zip(kinds, nodes, strict=True)
         ]
@@ -72,7 +72,7 @@ class NodeLayers:
             batch.advance(self._speeds[number], self._pressures[number], dt)
 
     def cell(self, name: str) -> np.ndarray:
-        """Return a number [k] of the layers that are used by its name in kernels/layer/layer1d; totals of all."""
+        """Return a number [k] of the layers that are used by its name in kernels/layer/layer1d_step; totals of all."""
         found = [batch.cell(name) for batch in self.batches]
         if name not in TOTALS:
             return self.of_used(found)

@@ -18,7 +18,8 @@ class SlidingPartners:
     """The partner of every contact node [k]: that of the row that presses it hardest; it stays while the node is open.
 
     used [k]: batch of its layer, -1 for none; areas [k] [m^2]: weight of the node, or the part of it that the other
-    body covers; coefficients [k]: of friction.
+    body covers; coefficients [k]: of friction; body [k]: number of its body in the domain; batches [body, obstacle]: of
+    the layers of a body on each obstacle.
     """
 
     def __init__(
@@ -36,17 +37,17 @@ class SlidingPartners:
         count = len(domain.contact.nodes)
         self._weights = domain.contact.areas
         self.areas, self.coefficients = self._weights.copy(), np.full(count, coefficient_of(scene.friction))
-        self._body = np.repeat(np.arange(len(domain.numbers)), np.diff(domain.contact_start))
-        self._batches = np.full((len(domain.numbers), max(1, len(scene.obstacles))), -1)  # of a body on an obstacle
+        self.body = np.repeat(np.arange(len(domain.numbers)), np.diff(domain.contact_start))
+        self.batches = np.full((len(domain.numbers), max(1, len(scene.obstacles))), -1)  # of a body on an obstacle
         self._on_masters = np.full((len(domain.numbers), len(scene.bodies)), -1)  # of a body on another one
         for place, number in enumerate(domain.numbers):
             for (partner, index), kind in kinds_of(scene, number).items():
-                table = self._batches if partner == "obstacle" else self._on_masters
+                table = self.batches if partner == "obstacle" else self._on_masters
                 table[place, index] = kinds.index(kind)
         self._master = np.array([pair.master for pair in domain.pairs], dtype=np.int64)
         self._rebuilds, self._covered, self._between = -1, np.zeros(count), np.full(count, -1)
-        used = np.concatenate([self._batches, self._on_masters], axis=1).max(axis=1)
-        self.used = used[self._body]
+        used = np.concatenate([self.batches, self._on_masters], axis=1).max(axis=1)
+        self.used = used[self.body]
 
     def look(self) -> None:
         """Find the partners out of the present forces."""
@@ -55,8 +56,8 @@ class SlidingPartners:
         every, pressing = np.arange(len(values)), values[:, :, self._rows.places.pressing]
         slot = pressing.argmax(axis=1)
         pressed = pressing[every, slot] > 0.0
-        obstacle = np.minimum(arrays.get(self._candidates).reshape(-1, slots)[every, slot], self._batches.shape[1] - 1)
-        batch, areas = self._batches[self._body, obstacle], self._weights
+        obstacle = np.minimum(arrays.get(self._candidates).reshape(-1, slots)[every, slot], self.batches.shape[1] - 1)
+        batch, areas = self.batches[self.body, obstacle], self._weights
         if self._pairs is not None:
             self._read_pairs(self._pairs)
             between = (slot == slots - 1) & (self._between >= 0)
@@ -78,5 +79,5 @@ class SlidingPartners:
         numbers = values[lists[at.NUMBERS] :][: rows * at.ROW_NUMBERS].reshape(-1, at.ROW_NUMBERS)
         master = self._master[lists[lists[at.SIDES] :][first] // 2]
         self._between[:] = -1
-        self._between[slaves] = self._on_masters[self._body[slaves], master]
+        self._between[slaves] = self._on_masters[self.body[slaves], master]
         self._covered[slaves] = numbers[:, at.AREA]

@@ -89,23 +89,26 @@ class Layer:
         on_gpu = runtime.arch() == "cuda"
         self._chunks = self._units if on_gpu else min(self._units, CHUNKS_PER_THREAD * runtime.threads())
 
-        from ..kernels.layer import layer1d
+        from ..kernels.layer import layer1d, layer1d_step
+        from ..kernels.layer.layer1d_residual import NODE, SCRATCH
 
         heating = plastic_heat > 0.0
         ends = any(opened)
-        kernel = layer1d.make_layer(width, self._stride, len(metals), heating, METHODS.index(method), ends)
-        self._cell_numbers = layer1d.cell_numbers(len(metals), ends)
+        # lanes of a pack, sides, whether plastic work heats, method, whether far ends are open
+        self.options = self._stride, len(metals), heating, METHODS.index(method), ends
+        kernel = layer1d.make_layer(width, *self.options)
+        self._cell_numbers = layer1d_step.cell_numbers(len(metals), ends)
         self._grain = 1 if on_gpu else GRAIN
         self._launch = Prepared(kernel)
-        self._names = layer1d
+        self._names = layer1d_step
         count = packs * nodes * self._stride
-        self._nodes, self._params = arrays.zeros(nodes * layer1d.NODE), arrays.zeros(self._setting_count())
+        self._nodes, self._params = arrays.zeros(nodes * NODE), arrays.zeros(self._setting_count())
         self._rise, self._growth, self._hardening = arrays.zeros(count), arrays.zeros(count), arrays.put(np.ones(count))
         self._carried = arrays.zeros(count if heating else 1)
         self._state = arrays.zeros(packs * self._cell_numbers * self._stride)
         lanes = -(-self._chunks * width // self._stride) * self._stride
-        self._scratch = arrays.zeros(lanes * nodes * layer1d.SCRATCH)
-        self._set_cell(layer1d.CAP, np.full(self.padded, 1e300))
+        self._scratch = arrays.zeros(lanes * nodes * SCRATCH)
+        self._set_cell(layer1d_step.CAP, np.full(self.padded, 1e300))
         self.start_temperatures = start_temperatures or (initial_temperature,) * len(metals)
         self.start_at(np.arange(cells), np.tile(self.start_temperatures, (cells, 1)))
 
@@ -199,7 +202,7 @@ class Layer:
         return self._profile(self._carried, side) @ self._weight
 
     def cell(self, name: str) -> np.ndarray:
-        """Return a number of every cell by its name in kernels/layer/layer1d (STRESS, WORK, ...), [cells]."""
+        """Return a number of every cell by its name in kernels/layer/layer1d_step (STRESS, WORK, ...), [cells]."""
         return self._number(getattr(self._names, name))
 
     def set_far_temperature(self, temperature: np.ndarray, side: int = 0) -> None:
@@ -244,6 +247,33 @@ class Layer:
         for name in ("WORK", "PLASTIC_WORK", "FAILURES", "EVALUATIONS"):
             packs[:, getattr(self._names, name), :] = 0.0
         arrays.set_values(self._state, packs)
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arrays by the names of kernels/language/bundles.LayerCells."""
+        profiles = {name: getattr(self, f"_{name}") for name in ("rise", "growth", "hardening", "carried", "scratch")}
+        return profiles | {"cells": self._state}
+
+    def constants(self, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the columns of its nodes [all points * 6] and its parameters for a step dt [s], for the kernels."""
+        self._prepare(dt)
+        return arrays.get(self._nodes).copy(), arrays.get(self._params).copy()
+
+    def heat_constants(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return conductance [W/(m^2 K)] to the next one and heat capacity [J/(m^2 K)] of the points, for every side.
+
+        Behind the last point is the far end.
+        """
+        return [
+            (np.append(metal.conductivity / np.diff(self.depth), far_end), metal.volumetric_heat * self._weight)
+            for metal, far_end in zip(self.metals, self.far_ends, strict=True)
+        ]
+
+    @property
+    def resistance(self) -> float:
+        """The resistance [m^2 K/W] of the contact between two sides."""
+        if self.conductance is None:
+            return 0.0
+        return 1.0 / self.conductance if self.conductance > 0.0 else np.inf
 
     def owned(self) -> list[Any]:
         """Return the arrays of the state."""
@@ -312,9 +342,8 @@ class Layer:
         self.columns = [column(metal, self.depth, dt, far_end) for metal, far_end in sides]
         arrays.set_values(self._nodes, np.concatenate([side.table() for side in self.columns]))
         warmth = [side.warmth[0] for side in self.columns]
-        resistance = 0.0 if self.conductance is None else (1.0 / self.conductance if self.conductance > 0 else np.inf)
         compliance = sum(self.thickness / (3.0 * metal.shear_modulus) for metal in self.metals)
-        even = 1.0 / (resistance + sum(warmth))
+        even = 1.0 / (self.resistance + sum(warmth))
         params = np.zeros(self._setting_count())
         for side, metal in enumerate(self.metals):
             at = side * self._names.MATERIAL

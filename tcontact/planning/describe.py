@@ -226,7 +226,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             laws = law_data(plan.scene, domain.pairs, contact.areas)
             numbers = count * (FRICTION_NODE + 4 * domain.records_friction)
             size = REAL * (2 + numbers + (0 if laws is None else len(laws)))
-            result[FRICTION_TERMS[type(plan.scene.friction)]] = size + _layers(plan.scene, domain)
+            result[FRICTION_TERMS[type(plan.scene.friction)]] = size + layer_bytes(plan.scene, domain)
     return result
 
 
@@ -259,17 +259,20 @@ def _obstacles(plan: Plan, domain: Domain) -> int:
     return REAL * (OBSTACLE * rows * len(obstacles) + grids)
 
 
-def _layers(scene: Scene, domain: Domain) -> int:
-    """Count the bytes of the friction layers of a domain: their state and the space of their solve."""
+def layer_bytes(scene: Scene, domain: Domain, pack: int = 8, solved: int = 128) -> int:
+    """Count the bytes of the friction layers of a domain: their state and the space of their solve.
+
+    pack: layers that stand together in memory; solved: largest number that is solved at once.
+    """
     friction, total = scene.friction, 0
     if not isinstance(friction, FrictionLayer):
         return 0
     profiles = 3 + (friction.plastic_heat > 0.0)
     for kind, bodies in all_kinds(scene, domain.numbers).items():
         count = sum(int(np.diff(domain.contact_start)[domain.numbers.index(number)]) for number in bodies)
-        padded, points = -(-count // 8) * 8, friction.points * len(kind.metals)
+        padded, points = -(-count // pack) * pack, friction.points * len(kind.metals)
         numbers = 14 + len(kind.metals) - 1 + 2
-        total += REAL * (padded * (points * profiles + numbers) + min(padded, 128) * points * 3)
+        total += REAL * (padded * (points * profiles + numbers) + min(padded, solved) * points * 3)
     return total
 
 

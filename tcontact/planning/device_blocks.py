@@ -13,12 +13,13 @@ MOST_BLOCKS = 128  # about the processors of a large device
 def contact_blocks(domain: Domain, options: ContactOptions) -> int:
     """Return the number of blocks, a power of two; 1 for few nodes, and for terms that one block alone takes.
 
-    These are friction of which the static solve is a part or whose coefficient varies, obstacles that move, springs,
-    loads and supports that functions of time move.
+    These are friction of which the static solve is a part or whose coefficient varies, friction layers, obstacles that
+    move, springs, loads and supports that functions of time move.
     """
     assert domain.contact is not None
     count = len(domain.contact.nodes)
-    alone = options.static_friction or options.varied or options.posed or options.free or options.model != "massless"
+    rubbing = options.static_friction or options.varied or options.layered
+    alone = rubbing or options.posed or options.free or options.model != "massless"
     if count < MANY_NODES or alone or domain.driven or domain.springs or domain.loaded or domain.pairs:
         return 1
     return min(1 << (-(-count // BLOCK_THREADS) - 1).bit_length(), MOST_BLOCKS)

@@ -24,6 +24,11 @@ def surface_threads(packs: CellPacks) -> int:
     return _power_of_two(max(packs.lanes - packs.first_contact_lane, lanes.FEWEST_THREADS))
 
 
+def threads_of(items: int) -> int:
+    """Return the threads of a loop over so many items, within the same limits."""
+    return _power_of_two(max(items, lanes.FEWEST_THREADS))
+
+
 def _power_of_two(wanted: int) -> int:
     return min(1 << (wanted - 1).bit_length(), lanes.MOST_THREADS)
 

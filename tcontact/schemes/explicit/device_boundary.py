@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from ...cells.device_force import DeviceForce
+from ...contact.device_layers import DeviceLayers
+from ...contact.layered_friction import LayeredFriction
 from ...contact.term import ContactTerm
 from ...device import arrays
-from ...device.launch import Prepared
 from ...kernels.columns import group_size
 from ...kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_ROWS, GROUPS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.rigid_bodies import RigidBodies
 from ...planning.domain import Domain
 from .device_loads import DeviceLoads
-from .device_step import DeviceSteps
+from .device_step import LAYERS, DeviceSteps
 
 
 class DeviceBoundarySteps(DeviceSteps):
@@ -53,14 +54,20 @@ class DeviceBoundarySteps(DeviceSteps):
         super().__init__(force, u, v)
         self.names = device_control
         self.width = group_size(*groups[groups.index("boundary") :])
+        layered = contact is not None and isinstance(contact.friction, LayeredFriction)
+        self._row_width = self.width + layered * LAYERS
         own = self._own = {
             "sums": arrays.zeros(self.width),
             "shared": arrays.zeros(BLOCK_NUMBERS * (BLOCK_THREADS + GROUPS)),
-            "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * self.width),
+            "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * self._row_width),
         }
-        shared = {"sums": own["sums"], "shared": own["shared"]}
-        loads = self.loads = DeviceLoads(domain, force, u, boundary)
         options = (ContactOptions() if contact is None else contact.options)._replace(threads=BLOCK_THREADS)
+        if contact is not None and isinstance(contact.friction, LayeredFriction):
+            self.layers = DeviceLayers(contact.friction, contact, own["control"])
+            options = options._replace(layers=self.layers.options)
+            self._keep(self.layers.kept())
+        shared = {"sums": own["sums"], "shared": own["shared"], **self.layer_arguments()}
+        loads = self.loads = DeviceLoads(domain, force, u, boundary)
         step = {
             "body": force.device_bundle()._replace(u=u, v=v, node_info=force.info, special_force=force.special_force),
             "lists": force.lists._replace(control=own["control"]),
@@ -80,7 +87,8 @@ class DeviceBoundarySteps(DeviceSteps):
         has = True, supports is not None, bool(domain.driven), bool(domain.springs)
         signature = signature_of(step)
         parts = domain.kinds, signature, force.threads, options, *has
-        self._step = Prepared(made(*parts, loaded=loads.name, **domain.options))
+        options_of = domain.options | {"loaded": loads.name}
+        self._steps = self.parts_of_step(lambda part: made(*parts, **options_of, part=part))
         self._arrays = arguments(step)
         if loads.name:
             self._keep(loads.kept)
@@ -96,16 +104,22 @@ class DeviceBoundarySteps(DeviceSteps):
     def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
         commit = int(self.force.memory is not None)
         numbers = [float(number) for number in (steps[0], *kicks, *self.force.gravity, steps[1])]
-        for row in range(rows):
-            self._step(row, commit, *numbers, *self._arrays)
-        boundary = self._read(rows)
-        return np.concatenate([self.force.ledger_rows(rows), boundary], axis=1)
+        offer, taken = 0, 0
+        while taken < rows:
+            for _ in range(rows - taken):
+                self.launch_step(offer, commit, numbers, self._arrays)
+                offer += 1
+            control = self._read()
+            taken = int(control[self.names.TAKEN])  # fewer where friction layers took two layer steps in one
+        boundary = control[self.names.DEVICE_CONTROL :].reshape(-1, self._row_width)[:rows]
+        self.note_layers(boundary)
+        return np.concatenate([self.force.ledger_rows(rows), boundary[:, : self.width]], axis=1)
 
-    def _read(self, rows: int) -> np.ndarray:
-        """Return the sums of the boundary nodes of the rows of a block."""
-        control = np.array(arrays.get(self._own["control"]))
-        return control[self.names.DEVICE_CONTROL :].reshape(-1, self.width)[:rows]
+    def _read(self) -> np.ndarray:
+        """Return what the device does next, and the sums of the boundary nodes of the rows of a block."""
+        return np.array(arrays.get(self._own["control"]))
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of the steps beside those of their terms."""
-        return [*super().owned(), *self._own.values(), *self.loads.owned()]
+        layers = [] if self.layers is None else self.layers.owned()
+        return [*super().owned(), *self._own.values(), *self.loads.owned(), *layers]

@@ -6,6 +6,8 @@ import numpy as np
 
 from ...cells.device_force import DeviceForce
 from ...cells.device_viscosity import DeviceCellViscosity
+from ...contact.device_layers import DeviceLayers
+from ...contact.layered_friction import LayeredFriction
 from ...contact.massless_contact import MasslessContactTerm
 from ...device import arrays
 from ...device.launch import Prepared
@@ -17,7 +19,7 @@ from ...planning.device_blocks import contact_blocks, partial_numbers
 from ...planning.device_lists import colour_lists, givers, parts_of, surface_corners, surface_threads
 from ...planning.domain import Domain
 from .device_loads import DeviceLoads
-from .device_step import DeviceSteps
+from .device_step import LAYERS, DeviceSteps
 
 FEWEST_PASSES = 2  # of the static solve that a step of the first block offers
 MORE_PASSES = 4  # offered at once where a solve goes on at the end of a block
@@ -52,6 +54,7 @@ class DeviceContactSteps(DeviceSteps):
         assert domain.contact is not None
         assert domain.contact.graph is not None
         solve, options = contact.static_solve, contact.options._replace(threads=BLOCK_THREADS)
+        layered = isinstance(contact.friction, LayeredFriction)
         count, everyone = len(domain.contact.nodes), len(domain.boundary)
         self.width = group_size(*groups[groups.index("boundary") :])
         self._cells = contact.cell_viscosity
@@ -66,11 +69,14 @@ class DeviceContactSteps(DeviceSteps):
             "residual_shares": arrays.zeros(3 * count),
             "colours": arrays.put(colours),
             "contact_parts": arrays.put(parts_of(force.packs, domain, contact=True)),
-            "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * self._row_width),
+            "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * (self._row_width + layered * LAYERS)),
             "corner_rows": arrays.put(self._corners(force, domain)),
         }
         if blocks > 1:
             own["partial"] = arrays.zeros(blocks * partial_numbers(self.width, len(solve.islands)))
+        if isinstance(contact.friction, LayeredFriction):
+            self.layers = DeviceLayers(contact.friction, contact, own["control"])
+            options = options._replace(layers=self.layers.options)
         loads = self.loads = DeviceLoads(domain, force, u, boundary)
         lists = force.lists._replace(contact_parts=own["contact_parts"], control=own["control"])
         shared = "sums", "shared", "residual_givers", "residual_shares", "partial"
@@ -79,7 +85,7 @@ class DeviceContactSteps(DeviceSteps):
             "boundary": Boundary(**boundary.arguments(), **loads.arguments(), sums=own["sums"]),
             "obstacles": Obstacles(**contact.obstacle_arguments()),
             "rows": Rows(**contact.row_arguments()),
-            "contact": Contact(**contact.arguments(), **shares),
+            "contact": Contact(**contact.arguments(), **shares, **self.layer_arguments()),
         }
         body = force.device_bundle()._replace(u=u, v=v)
         stepped = body._replace(node_info=force.info, special_force=force.special_force)
@@ -115,12 +121,14 @@ class DeviceContactSteps(DeviceSteps):
         has = exact, supports is not None, bool(domain.driven), bool(domain.springs)
         cells = (measured, threads) if contact.viscous else ((), 0)
         parts = domain.kinds, signature_of(step), force.threads, options, *has, *cells
-        self._step = Prepared(made(*parts, loaded=loads.name, **options_of, blocks=blocks))
+        options_of = options_of | {"loaded": loads.name, "blocks": blocks}
+        self._steps = self.parts_of_step(lambda part: made(*parts, **options_of, part=part))
         self._start = Prepared(device_contact.make_device_start(signature_of(start), options, exact))
         of_pass = domain.kinds, measured, signature_of(solved), threads, options, contact.plain, blocks
         self._pass = Prepared(device_contact.make_device_pass(*of_pass))
         self._arrays = tuple(arguments(bundles) for bundles in (step, start, solved))
         names = "values", "inverse", "stiffness", "stats"
+        self._keep([] if self.layers is None else self.layers.kept())
         self._keep([contact.displacement_before, contact.active, *(solve.system[name] for name in names)])
         self._keep([contact.candidates, *([contact.obstacles.records] if contact.obstacles.posed else [])])
         if contact.friction is not None:
@@ -141,8 +149,8 @@ class DeviceContactSteps(DeviceSteps):
 
     @property
     def _row_width(self) -> int:
-        """Numbers of a row that the device keeps: sums of the boundary nodes, then the power of viscous cells."""
-        return self.width + (self._cells is not None)
+        """Numbers of a row that the device keeps: of the boundary nodes, the power of viscous cells, of the layers."""
+        return self.width + (self._cells is not None) + (0 if self.layers is None else LAYERS)
 
     def _corners(self, force: DeviceForce, domain: Domain) -> np.ndarray:
         """Return the corners of the contact nodes, with viscous cells those of their cells at all boundary nodes."""
@@ -201,7 +209,7 @@ class DeviceContactSteps(DeviceSteps):
         numbers = [float(number) for number in (steps[0], *kicks, *self.force.gravity, steps[1])]
         while taken < rows:
             for _ in range(rows - taken):
-                self._step(offer, commit, *numbers, *self._arrays[0])
+                self.launch_step(offer, commit, numbers, self._arrays[0])
                 offer += 1
                 for _ in range(self.passes if steps[1] > 0.0 else 0):
                     self._pass(*self._arrays[2])
@@ -211,12 +219,14 @@ class DeviceContactSteps(DeviceSteps):
                 break
         self.passes = max(1, int(control[names.MOST]))
         boundary = control[names.DEVICE_CONTROL :].reshape(-1, self._row_width)[:taken]
+        self.note_layers(boundary)
         found = self.force.ledger_rows(taken)
         if self._cells is not None:  # no rate of theirs is watched: the search for the stable step knows them
-            viscous = np.stack([boundary[:, -1], np.zeros(taken)], axis=1)
+            viscous = np.stack([boundary[:, self.width], np.zeros(taken)], axis=1)
             found = np.insert(found, [self._places.cells.viscous_power] * 2, viscous, axis=1)
         return np.concatenate([found, boundary[:, : self.width]], axis=1)
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of the steps beside those of their terms."""
-        return [*super().owned(), *self._own.values(), *self.loads.owned()]
+        layers = [] if self.layers is None else self.layers.owned()
+        return [*super().owned(), *self._own.values(), *self.loads.owned(), *layers]

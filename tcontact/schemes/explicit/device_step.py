@@ -2,26 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from ...cells.device_force import DeviceForce
+from ...contact.device_layers import DeviceLayers
 from ...device import arrays, runtime
+from ...device.launch import Prepared
 from ...kernels.columns import RIGID, group_size, raw_places
 from ...kernels.lanes import DEVICE_ROWS
+from ...kernels.layer_places import ROW as LAYER_ROW
 from ...planning.domain import Domain
 from ...scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact
 from ...scene.friction_models import FrictionLayer
+from ...scene.layer_metals import warms_bodies
 from ...scene.scene import Scene
 from ..sensors import sensed
+
+LAYERS = len(LAYER_ROW)  # numbers of the friction layers in a row
 
 
 def steps_on_device(scene: Scene, domain: Domain, arch: str | None = None) -> bool:
     """Return whether threads of a GPU step a domain: its nodes, supports and contact.
 
     Supports, springs and loads are of all kinds but own forces of the user, contact is that with obstacles, with or
-    without friction. Pairs of bodies, friction layers, own forces, rigid parts, periodic bodies, bulk viscosity,
-    node-averaged cells and probes are stepped by the kernels of the CPU, which run on a GPU too, slowly. arch: the
-    backend, None = the one in use.
+    without friction, friction layers among it. Pairs of bodies, friction layers that warm cells, own forces, rigid
+    parts, periodic bodies, bulk viscosity, node-averaged cells and probes are stepped by the kernels of the CPU, which
+    run on a GPU too, slowly. arch: the backend, None = the one in use.
     """
     from ...kernels.elements import FUNCTIONS
 
@@ -46,7 +55,7 @@ def _boundary_on_device(scene: Scene, domain: Domain) -> bool:
         return not domain.rigid
     if not isinstance(scene.contact, MasslessContact | PenaltyContact | ImpulseContact) or not len(contact.nodes):
         return False
-    return not domain.pairs and not isinstance(scene.friction, FrictionLayer)
+    return not domain.pairs and not (isinstance(scene.friction, FrictionLayer) and warms_bodies(scene))
 
 
 class DeviceSteps:
@@ -67,6 +76,30 @@ class DeviceSteps:
         self._keep([part for part in (u, v, force.memory) if part is not None])
         self._places = raw_places(viscous, force.plastic)
         self._rate_place: int | None = None
+        self.layers: DeviceLayers | None = None  # the friction layers, if there are any
+        self._steps: list[Prepared] = []  # the launches of a step; with layers they come between two of them
+
+    def layer_arguments(self) -> dict[str, arrays.Array]:
+        """Return the arrays of the friction layers by the names of kernels/language/bundles.Contact."""
+        return {} if self.layers is None else self.layers.arguments()
+
+    def parts_of_step(self, make: Callable[[str], Any]) -> list[Prepared]:
+        """Return the launches of a step; make: its kernel, or that of a part (kernels/step/device_contact.py)."""
+        from ...kernels.step.device_contact import LOADS, MOTION
+
+        return [Prepared(make(part)) for part in ([""] if self.layers is None else [LOADS, MOTION])]
+
+    def launch_step(self, offer: int, commit: int, numbers: list[float], given: tuple[arrays.Array, ...]) -> None:
+        """Offer a step; numbers [s]: CONTACT_STEPS of the kernels."""
+        self._steps[0](offer, commit, *numbers, *given)
+        if self.layers is not None:
+            self.layers.advance(0.5 * (numbers[0] + numbers[-1]))
+            self._steps[1](offer, commit, *numbers, *given)
+
+    def note_layers(self, rows: np.ndarray) -> None:
+        """Take the numbers of the friction layers from the end of each of the rows of the boundary nodes."""
+        if self.layers is not None:
+            self.layers.rows = rows[:, -LAYERS:]
 
     def watch(self, groups: tuple[str, ...]) -> None:
         """Watch the rate of free obstacles in the rows, which have these groups of columns."""
@@ -95,6 +128,8 @@ class DeviceSteps:
         the first one with a det F of at most `jacobian`, an energy above `energy` [J], more than `touching` nodes in
         contact or a rate of free obstacles above `rigid_rate` [1/s^2], if there is any.
         """
+        if self.layers is not None:
+            self.layers.send()
         if rows > 1:
             for source, target in zip(self._state, self._kept, strict=True):
                 arrays.copy(source, target)

@@ -9,6 +9,7 @@ import numpy as np
 from ...cells.device_force import DeviceForce
 from ...cells.internal_force import InternalForce
 from ...contact.contact_terms import make_contact
+from ...contact.device_layers import DeviceLayers
 from ...contact.layered_friction import LayeredFriction
 from ...contact.massless_contact import MasslessContactTerm
 from ...device import arrays
@@ -149,8 +150,10 @@ class DomainState:
         return joined if self.domain.images is None else joined[self.domain.images.master]
 
     @property
-    def layered(self) -> LayeredFriction | None:
+    def layered(self) -> LayeredFriction | DeviceLayers | None:
         """The friction layers; None without any."""
+        if self.device is not None and self.device.layers is not None:
+            return self.device.layers
         friction = None if self.contact is None else self.contact.friction
         return friction if isinstance(friction, LayeredFriction) else None
 
@@ -350,7 +353,8 @@ class DomainState:
         if self.layered is not None:
             late = float(rows[-1, self.layout.place["friction_after"]][0])
             for name, value in self.layered.row(late).items():
-                rows[-1, self.layout.place[name]] = value
+                found = np.atleast_1d(value)  # on a GPU of every row
+                rows[-len(found) :, self.layout.place[name]] = found[:, None]
         return rows
 
     def memory(self) -> dict[str, int]:

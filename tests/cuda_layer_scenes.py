@@ -1,0 +1,42 @@
+"""Scenes with friction layers that threads of a CUDA device step: the squeezed steel block of the case hot-slide."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import tcontact as tc
+from tcontact.cases import hot_slide
+from tcontact.friction_layer.metals import COPPER
+
+STEP = 8e-9  # [s], of all of them
+
+
+def sliding(removal, speed, rows, contact=None, **layer):
+    """The block at a speed [m/s] on a floor, for a number of rows, and its scheme."""
+    scene = hot_slide.scene(cells=2, speed=speed, pressure=1e9, removal=removal, duration=1e-7)
+    friction, contact = tc.FrictionLayer(points=8, **layer), contact or scene.contact
+    made = tc.Scene(scene.bodies, scene.obstacles, rows * STEP, contact=contact, friction=friction)
+    return made, tc.CentralDifference(dt=STEP)
+
+
+def baked():
+    """Layers that are solved together with the kick, then take one step for several mechanical ones, and flow.
+
+    The floor is a metal, so that its layers have two sides; a plane without one rises through it and takes over.
+    """
+    scene, scheme = sliding("normal", 34.0, 40, plastic_heat=0.3)
+    (floor,) = scene.obstacles
+    rising = tc.Plane((0.0, 0.0, -4e-8), (0.0, 0.0, 1.0), velocity=(0.0, 0.0, 0.18))
+    return dataclasses.replace(scene, obstacles=[dataclasses.replace(floor, metal=COPPER), rising]), scheme
+
+
+def fused():
+    """Layers that limit the friction of the static solve, which slides from the first step on."""
+    return sliding("full", 400.0, 40)
+
+
+def branded():
+    """Layers that limit the friction of contact by penalty, on a floor of metal."""
+    scene, scheme = sliding("full", 34.0, 40, tc.PenaltyContact(1e16))
+    (floor,) = scene.obstacles
+    return dataclasses.replace(scene, obstacles=[dataclasses.replace(floor, metal=COPPER)]), scheme
