@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ..kernels.lanes import BLOCK_THREADS
-from ..kernels.language.bundles import ContactOptions
 from .domain import Domain
+
+if TYPE_CHECKING:
+    from ..kernels.language.bundles import ContactOptions
 
 MANY_NODES = 1024  # contact nodes from which several blocks are faster than one, which needs fewer launches
 MOST_BLOCKS = 128  # about the processors of a large device
