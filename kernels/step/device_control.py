@@ -7,11 +7,16 @@ lets nothing more happen. Behind these numbers stand the sums of the boundary no
 """
 
 from ..engine import ti
+from ..static.control import CONVERGED, MEASURE, NEXT, any_island
 
 # what is next; steps taken in this block; 1: the next pass is the first one of its step; passes of this step so far;
 # largest number of passes of a step in this block
 WANTS, TAKEN, FIRST, PASSES, MOST = 0, 1, 2, 3, 4
-DEVICE_CONTROL = 5
+# of sweeps that are launched one by one: 1 while a solve makes them; those of this pass; from MOST_SWEEPS on the most
+# of the first pass of a step in this block, of the second one, and so on; the last number is that of all further ones
+SOLVING, SWEPT, MOST_SWEEPS = 5, 6, 7
+COUNTED_PASSES = 4
+DEVICE_CONTROL = MOST_SWEEPS + COUNTED_PASSES
 NOTHING, A_PASS, A_LOOK = 0.0, 1.0, 2.0
 
 
@@ -33,3 +38,23 @@ def want_pass(lists: ti.template()):
     lists.control[WANTS] = A_PASS
     lists.control[FIRST] = 1.0
     lists.control[PASSES] = 0.0
+
+
+@ti.func
+def takes_pass(lists: ti.template()):
+    """Return 1 if the device takes the pass that is offered, else 0."""
+    own = lists.control[WANTS] == A_PASS and lists.control[SOLVING] == 0.0
+    return ti.select(own, 1, 0)
+
+
+@ti.func
+def end_pass(lists: ti.template(), system: ti.template()):
+    """Note the end of a pass, and what follows."""
+    passes = lists.control[PASSES] + 1.0
+    lists.control[FIRST] = 0.0
+    lists.control[PASSES] = passes
+    lists.control[MOST] = ti.max(lists.control[MOST], passes)
+    lists.control[SWEPT] = 0.0
+    if any_island(system.stats, NEXT, MEASURE) == 0:
+        failed = any_island(system.stats, CONVERGED, 0.0)
+        lists.control[WANTS] = ti.select(failed == 1, A_LOOK, NOTHING)
