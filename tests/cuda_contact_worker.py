@@ -19,7 +19,9 @@ import stopped_runs
 import tcontact as tc
 from tcontact.device import runtime
 from tcontact.kernels.lanes import DEVICE_ROWS
+from tcontact.planning import device_blocks
 from tcontact.schemes.explicit.device_contact import DeviceContactSteps
+from tcontact.schemes.explicit.device_sweeps import DeviceSweeps
 
 
 def state_of(name: str):
@@ -86,6 +88,19 @@ def resumed() -> np.ndarray:
     return np.array(found)
 
 
+def by_several_blocks(name: str) -> dict[str, np.ndarray]:
+    """Return a run whose few nodes several blocks of threads take, and how many sweeps were launched one by one."""
+    limits = device_blocks.MANY_NODES, device_blocks.MANY_SWEPT
+    device_blocks.MANY_NODES = device_blocks.MANY_SWEPT = 1
+    swept: list[int] = []
+    offer = DeviceSweeps.offer
+    DeviceSweeps.offer = lambda self, *given: (swept.append(self.offered[0]), offer(self, *given))[1]
+    found = cuda_contact_scenes.run(name, "cuda")
+    device_blocks.MANY_NODES, device_blocks.MANY_SWEPT = limits
+    DeviceSweeps.offer = offer
+    return found | {"swept": np.array(sum(swept))}
+
+
 def main(out: str) -> None:
     """Run everything and store it."""
     runtime.start("cuda")
@@ -96,6 +111,8 @@ def main(out: str) -> None:
     reverse = "FAKE_CUDA_REVERSE" in os.environ
     for name in cuda_contact_scenes.REVERSED if reverse else cuda_contact_scenes.SCENES:
         found |= {f"{name}/{key}": value for key, value in cuda_contact_scenes.run(name, "cuda").items()}
+    for name in cuda_contact_scenes.SHARED:
+        found |= {f"shared-{name}/{key}": value for key, value in by_several_blocks(name).items()}
     found |= {f"short/{key}": value for key, value in short_of_passes().items()}
     if cuda_contact_scenes.SLOW and not reverse:
         found["resumed"] = resumed()

@@ -55,13 +55,22 @@ def test_runs_are_those_of_the_cpu(found, name):
     scene, _scheme = cuda_contact_scenes.SCENES[name]()
     assert all(steps_on_device(scene, domain, "cuda") for domain in plan(scene).domains)
     expected = cuda_contact_scenes.run(name, "cpu")
-    assert found[f"{name}/steps"] == expected["steps"]
-    assert found[f"{name}/reason"] == expected["reason"] == REASONS.get(name, "finished")
+    compare(found, name, name, expected)
+    if name in cuda_contact_scenes.SHARED:  # several blocks of threads
+        compare(found, f"shared-{name}", name, expected)
+        assert (found[f"shared-{name}/swept"] > 0) == (name != "pressed")  # which MPRGP solves
+        assert name == "pressed" or (found[f"shared-{name}/history_sweeps"] == expected["history_sweeps"]).all()
+
+
+def compare(found, own_name, name, expected):
+    """Compare a run of the device with that of the CPU."""
+    assert found[f"{own_name}/steps"] == expected["steps"]
+    assert found[f"{own_name}/reason"] == expected["reason"] == REASONS.get(name, "finished")
     assert name == "held" or np.abs(expected["history_contact_force"]).max() > 0.0
     for key, values in expected.items():
         if key in ("steps", "reason", "memory", "history_sweeps"):  # a sweep more or less at rounding level
             continue
-        own, same = found[f"{name}/{key}"], np.isfinite(values)
+        own, same = found[f"{own_name}/{key}"], np.isfinite(values)
         assert own.shape == values.shape, key
         assert (np.isfinite(own) == same).all(), key
         assert (np.abs(own - values)[same] <= CLOSE * scale_of(key, values[same], expected)).all(), key

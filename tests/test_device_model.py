@@ -53,15 +53,29 @@ def test_a_large_cube_meets_the_bound_of_the_model():
 
 
 def test_contact_adds_its_one_block_to_the_model():
-    """A cube on a plane: linear in the nodes of its face, which one processor takes; the bound of a step is missed."""
-    small, large = (device_model.contact_seconds(size, "frictionless") for size in (127, 255))
+    """A small cube on a plane: linear in the nodes of its face, which one processor takes."""
+    small, large = (device_model.contact_seconds(size, "frictionless") for size in (14, 29))
     once = sum(part.moved_once for part in device_model.CONTACT["frictionless"][:3]) / device_model.ONE_BANDWIDTH
     assert (large[0] - once) / (small[0] - once) == pytest.approx(4.0, rel=1e-6)
     text = "\n".join(device_model.lines(device_model.rows(["hex8"], ["linear"])))
     assert "friction, viscous cells" in text
-    for contact in device_model.CONTACT:
-        added = sum(device_model.contact_seconds(128, contact))
-        assert 0.5e-3 < added < 2e-3
+
+
+@pytest.mark.parametrize("contact", device_model.CONTACT)
+def test_a_large_cube_with_contact_meets_the_bound_of_the_model(contact):
+    """128^3 hexahedra on a plane within 1 ms a step, 256^3 within 8 ms: several blocks of threads take their nodes."""
+    for size, bound in ((128, 1e-3), (256, 8e-3)):
+        added = sum(device_model.contact_seconds(size, contact))
+        assert 0.1e-3 < added < 0.5e-3
+        assert device_model.model("hex8", "neo-hookean", size)["step_s"] + added <= bound
+
+
+def test_several_blocks_are_bound_by_the_memory_or_by_their_processors():
+    """Bytes of nodes and blocks by hand, with the launches of one block between them."""
+    part = device_model.Spread(operations=1.0, moved=1000.0, by_block=10.0, once=1.1e6, launches=3)
+    moved = 1000.0 * 2**20 + 10.0 * 128
+    assert part.seconds(2**20, 128) == pytest.approx(moved / device_model.BANDWIDTH + 1e-5)
+    assert part.seconds(512, 2) == pytest.approx((512000.0 + 20.0) / (2 * device_model.ONE_BANDWIDTH) + 1e-5)
 
 
 def test_calls_are_counted_in_the_log(monkeypatch, tmp_path):

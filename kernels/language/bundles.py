@@ -363,7 +363,8 @@ class System(NamedTuple):
     side less the forces from the neighbours; for MPRGP see node_places.py. Behind `increment` stand two vectors of
     earlier sweeps. colours (of threads that share the loops): first colour of each island [islands+1], then the first
     pack of each colour [colours+1]. The node is the last index, so that the lanes of a pack are contiguous; arrays are
-    LANES - 1 nodes longer than needed. settings, stats [islands, ..]: static/control.py.
+    LANES - 1 nodes longer than needed. settings, stats [islands, ..]: static/control.py; sweep_state [islands, ..]: of
+    sweeps that are launched one by one (static/sweeps.py).
     """
 
     lane_start: Index = None
@@ -380,6 +381,7 @@ class System(NamedTuple):
     settings: Array = None
     stats: Array = None
     colours: Index = None
+    sweep_state: Array = None
 
     @property
     def lanes(self) -> int:

@@ -170,14 +170,14 @@ def partial_place(contact: ti.template(), number):
 def over_blocks(contact: ti.template(), first, blocks: ti.template(), combine: ti.template()):
     """Return numbers first, first + 1, ... of `partial` combined, by the threads of one block; at most as many blocks.
 
-    A number that no block has set must not be asked for.
+    Several blocks each do the same. A number that no block has set must not be asked for.
     """
-    t = thread(contact)
+    t = thread(contact) % BLOCK_THREADS
     values = [0.0 for _ in range(len(combine))]
     for k, how in ti.static(enumerate(combine)):
         own = contact.partial[(first + k) * blocks + ti.min(t, blocks - 1)]
         values[k] = ti.select(t < blocks, own, 0.0) if ti.static(how == "sum") else own
-    return over_threads(contact, values, combine)
+    return over_block(contact, values, combine)
 
 
 @ti.func

@@ -43,6 +43,21 @@ from .massless_node import entries, in_space, settle, square
 from .neighbours import forces_at, neighbour_forces
 from .rubbing import begin_rubbing, end_rubbing, rub_pack
 from .sliding import update_with_friction
+from .sweep_state import (
+    ACCELERATED,
+    BACKWARD,
+    CHECKED,
+    COUNT,
+    DEFECT,
+    FACTOR,
+    MARK,
+    MOST,
+    OMEGA,
+    RUNNING,
+    STALLING,
+    STATE,
+    STRAIGHT,
+)
 
 STALLED = 0.7  # a sweep that leaves more than this ratio of a residual at rounding level is the last one
 INTERVAL = 10.0  # sweeps between two checks of their progress
@@ -206,25 +221,38 @@ def sweep_together(contact: ti.template(), rows: ti.template(), system: ti.templ
 
     The order of the nodes of one colour does not matter; returns the largest defect [N].
     """
+    defect = 0.0
+    for turn in range(system.colours[island + 1] - system.colours[island]):
+        defect = ti.max(defect, sweep_colour(contact, rows, system, island, turn, relaxation, backward))
+        meet(contact)
+    return largest_of(contact, defect)
+
+
+@ti.func
+def sweep_colour(
+    contact: ti.template(), rows: ti.template(), system: ti.template(), island, turn, relaxation, backward
+):  # fmt: skip
+    """Update the nodes of a colour of an island, which threads share; return the largest defect [N] of this thread.
+
+    turn: number of the colour, which is counted from the last one if backward = 1.
+    """
     block, slots = ti.static(contact.options.block, contact.options.slots)
     stride, defect = system.stiffness.shape[0], 0.0
     begin, end = system.colours[island], system.colours[island + 1]
-    for turn in range(end - begin):
-        colour = island_count(contact) + 1 + ti.select(backward == 1, end - 1 - turn, begin + turn)
-        pack = system.colours[colour]
-        first = system.pack_start[pack]
-        for own in range(turns(contact, system.pack_start[system.colours[colour + 1]] - first)):
-            place = item(contact, own)
-            rest = forces_at(system, pack + place // LANES, place % LANES, block)
-            right = entries(system.right, first + place, stride, 0, block)
-            if ti.static(contact.options.static_friction):
-                change = update_with_friction(contact, rows, system, first + place, right - rest, block, slots)
-                defect = ti.max(defect, change)
-            else:
-                change = update(contact, system, first + place, right - rest, relaxation, block, slots)
-                defect = ti.max(defect, change)
-        meet(contact)
-    return largest_of(contact, defect)
+    colour = island_count(contact) + 1 + ti.select(backward == 1, end - 1 - turn, begin + turn)
+    pack = system.colours[colour]
+    first = system.pack_start[pack]
+    for own in range(turns(contact, system.pack_start[system.colours[colour + 1]] - first)):
+        place = item(contact, own)
+        rest = forces_at(system, pack + place // LANES, place % LANES, block)
+        right = entries(system.right, first + place, stride, 0, block)
+        if ti.static(contact.options.static_friction):
+            change = update_with_friction(contact, rows, system, first + place, right - rest, block, slots)
+            defect = ti.max(defect, change)
+        else:
+            change = update(contact, system, first + place, right - rest, relaxation, block, slots)
+            defect = ti.max(defect, change)
+    return defect
 
 
 @ti.func
@@ -289,52 +317,87 @@ def begin_sweeps(contact: ti.template(), rows: ti.template(), system: ti.templat
 
 @ti.func
 def sweep(contact: ti.template(), rows: ti.template(), system: ti.template(), island):
-    """Sweep over an island until its linear problem is solved as far as `goals` asks; stats[SWEEPS] counts the sweeps.
+    """Sweep over an island until its linear problem is solved as far as `goals` asks; stats[SWEEPS] counts sweeps."""
+    begin_sweeps(contact, rows, system, island)
+    state = started(system, island)
+    minimum, aim, accepted = goals(system.stats, system.settings, island)
+    decide_sweep(system, island, state, minimum, aim, accepted)
+    while state[RUNNING] == 1.0:
+        if state[ACCELERATED] == 1.0 and state[BACKWARD] == 0.0:
+            extrapolate(contact, system, island, state[FACTOR])
+        defect = sweep_once(contact, rows, system, island, state[OMEGA], int(state[BACKWARD]))
+        turned = False
+        if state[ACCELERATED] == 1.0 and state[BACKWARD] == 1.0:
+            turned = reversed_direction(contact, system, island)
+        note_sweep(system, island, state, defect, turned)
+        decide_sweep(system, island, state, minimum, aim, accepted)
+    if ti.static(contact.options.rubs_in_lanes):
+        end_rubbing(contact, rows, system, island)
+    if leader(contact) == 1:
+        note_sweeps(system, island, state)
+
+
+@ti.func
+def started(system: ti.template(), island):
+    """Return the state [STATE] of the sweeps of an island before the first one."""
+    state = ti.Vector.zero(ti.f64, STATE)
+    state[DEFECT], state[MARK] = 1e300, 1e300
+    state[OMEGA] = system.settings[island * SETTINGS + RELAXATION]
+    state[MOST] = system.settings[island * SETTINGS + MAXIMUM_SWEEPS]
+    return state
+
+
+@ti.func
+def decide_sweep(system: ti.template(), island, state: ti.template(), minimum, aim, accepted):
+    """Decide whether another sweep follows, and how it is made; minimum, aim, accepted: `goals`.
 
     Above the tolerance MAXIMUM_SWEEPS are allowed, from there to the smaller aim POLISHING_SWEEPS: where compression
     makes K_KK indefinite, more sweeps would only follow the unstable mode. Accelerated sweeps may continue as long as
     they reduce the residual, which they cannot do when a mode is unstable.
     """
-    stats, settings = ti.static(system.stats, system.settings)
-    at, its = island * STATS, island * SETTINGS
-    begin_sweeps(contact, rows, system, island)
-    minimum, aim, accepted = goals(stats, settings, island)
-    done, residual, stalled = 0.0, 1e300, 0
-    relaxation = settings[its + RELAXATION]
-    maximum = settings[its + MAXIMUM_SWEEPS]
-    # accelerated: whether sweeps are; checked, mark: sweeps done and residual at the last check; straight: pairs of
-    # sweeps since the extrapolation restarted
-    accelerated, checked, mark, backward, factor, straight = 0, 0.0, 1e300, 0, 0.0, 0.0
-    while (
+    settings = ti.static(system.settings)
+    its = island * SETTINGS
+    done, residual = state[COUNT], state[DEFECT]
+    more = (
         done < minimum
-        or (done < settings[its + POLISHING_SWEEPS] and residual > aim and stalled == 0)
-        or (done < maximum and residual > accepted)
-    ):
-        before = residual
-        if done == checked + INTERVAL:
-            if accelerated == 0 and done > INTERVAL and residual > ti.max(aim, SLOW * mark):
-                accelerated = 1
-                relaxation = 1.0  # over-relaxed sweeps circle about the solution: their change gives no direction
-            if accelerated == 1 and residual < mark:
-                maximum = ti.min(ti.max(maximum, done + EXTENSION), settings[its + MAXIMUM_IN_ALL])
-            checked, mark = done, residual
-        if accelerated == 1 and backward == 0:
-            extrapolate(contact, system, island, factor)
-        residual = sweep_once(contact, rows, system, island, relaxation, backward) / stats[at + F_REF]
-        done += 1.0
-        if accelerated == 1:
-            if backward == 1:
-                straight = ti.select(reversed_direction(contact, system, island), 0.0, straight + 1.0)
-                factor = straight / (straight + 3.0)
-            backward = 1 - backward
-        if residual > STALLED * before and residual <= stats[at + ROUNDING]:
-            stalled = 1
-    if ti.static(contact.options.rubs_in_lanes):
-        end_rubbing(contact, rows, system, island)
-    if leader(contact) == 1:
-        stats[at + SWEEPS] = stats[at + SWEEPS] + done
-    if settings[its + LINEAR] == 1.0 and leader(contact) == 1:
-        stats[at + BEFORE], stats[at + RESIDUAL] = stats[at + RESIDUAL], residual
+        or (done < settings[its + POLISHING_SWEEPS] and residual > aim and state[STALLING] == 0.0)
+        or (done < state[MOST] and residual > accepted)
+    )
+    state[RUNNING] = ti.select(more, 1.0, 0.0)
+    if more and done == state[CHECKED] + INTERVAL:
+        if state[ACCELERATED] == 0.0 and done > INTERVAL and residual > ti.max(aim, SLOW * state[MARK]):
+            state[ACCELERATED] = 1.0
+            state[OMEGA] = 1.0  # over-relaxed sweeps circle about the solution: their change gives no direction
+        if state[ACCELERATED] == 1.0 and residual < state[MARK]:
+            state[MOST] = ti.min(ti.max(state[MOST], done + EXTENSION), settings[its + MAXIMUM_IN_ALL])
+        state[CHECKED], state[MARK] = done, residual
+
+
+@ti.func
+def note_sweep(system: ti.template(), island, state: ti.template(), defect, turned):
+    """Note the largest defect [N] of a sweep, and whether a pair of accelerated sweeps turned back."""
+    stats = ti.static(system.stats)
+    at, before = island * STATS, state[DEFECT]
+    residual = defect / stats[at + F_REF]
+    state[DEFECT] = residual
+    state[COUNT] += 1.0
+    if state[ACCELERATED] == 1.0:
+        if state[BACKWARD] == 1.0:
+            state[STRAIGHT] = ti.select(turned, 0.0, state[STRAIGHT] + 1.0)
+            state[FACTOR] = state[STRAIGHT] / (state[STRAIGHT] + 3.0)
+        state[BACKWARD] = 1.0 - state[BACKWARD]
+    if residual > STALLED * before and residual <= stats[at + ROUNDING]:
+        state[STALLING] = 1.0
+
+
+@ti.func
+def note_sweeps(system: ti.template(), island, state: ti.template()):
+    """Note the number of sweeps of a linear problem that has ended, and for linear laws its residual."""
+    stats = ti.static(system.stats)
+    at = island * STATS
+    stats[at + SWEEPS] = stats[at + SWEEPS] + state[COUNT]
+    if system.settings[island * SETTINGS + LINEAR] == 1.0:
+        stats[at + BEFORE], stats[at + RESIDUAL] = stats[at + RESIDUAL], state[DEFECT]
 
 
 @ti.func
@@ -344,8 +407,13 @@ def move(u: ti.template(), contact: ti.template(), system: ti.template(), island
     The scaled step stays feasible where the gaps are not negative, since the constraints are convex.
     """
     longest = largest_of(contact, longest_increment(contact, system, island))
-    part = ti.min(1.0, system.settings[island * SETTINGS + REACH] / ti.max(longest, 1e-300))
-    move_by(u, contact, system, island, part)
+    move_by(u, contact, system, island, part_of_move(system, island, longest))
+
+
+@ti.func
+def part_of_move(system: ti.template(), island, longest):
+    """Return the part of d that moves the nodes of an island; longest [m]: its longest increment."""
+    return ti.min(1.0, system.settings[island * SETTINGS + REACH] / ti.max(longest, 1e-300))
 
 
 @ti.func

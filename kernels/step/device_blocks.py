@@ -11,7 +11,7 @@ thread needs what others have found, into launches in which every node or cell h
     judge       one block: what is left to do
     linearise   stiffness of the contact cells, where it is due
     assemble    rows of K_KK, where they are due
-    solve       one block: sweeps or products; x_K += B d
+    solve       one block: sweeps or products; x_K += B d; or sweeps begin (device_sweeps.py)
 
 Sums are taken by blocks, and of these by the next launch of one block (language/threads.py).
 """
@@ -28,7 +28,7 @@ from ..language.bundles import ContactOptions
 from ..language.threads import folded, item, leader, meet, over_blocks, put_sums, turns
 from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
 from ..nodes.device_nodes import step_numbers
-from ..static.control import CONVERGED, DONE, MEASURE, NEXT, STALE, STATS, SWEEPS, TODO, any_island
+from ..static.control import DONE, MEASURE, NEXT, STALE, STATS, SWEEPS, TODO
 from ..static.massless_contact import note_remaining, receive_shares, share_load
 from ..static.solve import (
     blocks_of_nodes,
@@ -40,20 +40,20 @@ from ..static.solve import (
     solve_island,
 )
 from .device_control import (
-    A_LOOK,
-    A_PASS,
+    COUNTED_PASSES,
     DEVICE_CONTROL,
     FIRST,
     MOST,
-    NOTHING,
-    PASSES,
+    MOST_SWEEPS,
     TAKEN,
-    WANTS,
+    end_pass,
     row_of,
+    takes_pass,
     takes_step,
     want_pass,
 )
 from .device_placing import placed, rate_of
+from .device_sweeps import begin_island, solve_place
 
 MEASURES, EXTREMES = ("max",) * 3, ("min", "max")  # of an island: scale, residual, rounding; pivot, trace
 
@@ -153,6 +153,8 @@ def make_boundary_launches(options: ContactOptions, blocks: int, exact: bool, ha
                     lists.control[TAKEN] = number + 1.0
                     if offer == 0:
                         lists.control[MOST] = 0.0
+                        for i in ti.static(range(COUNTED_PASSES)):
+                            lists.control[MOST_SWEEPS + i] = 0.0
                     if after > 0.0:
                         want_pass(lists)
 
@@ -171,10 +173,12 @@ def make_boundary_launches(options: ContactOptions, blocks: int, exact: bool, ha
     return boundary_launches
 
 
-def make_solve_launches(kinds: tuple[tuple[str, str], ...], options: ContactOptions, blocks: int, plain: bool):
+def make_solve_launches(
+    kinds: tuple[tuple[str, str], ...], options: ContactOptions, blocks: int, plain: bool, colours: int
+):  # fmt: skip
     """Return solve_launches(*bundles): one iteration of the static solve after the force of the contact cells.
 
-    The arguments are those of `make_device_pass`.
+    The arguments are those of `make_device_pass`; with colours the sweeps follow in launches of their own.
     """
     linearise_cells = make_linearise(kinds, options.block, plain, options.threads)
     block = options.block
@@ -186,13 +190,13 @@ def make_solve_launches(kinds: tuple[tuple[str, str], ...], options: ContactOpti
     ):  # fmt: skip
         ti.loop_config(block_dim=BLOCK_THREADS)
         for t in range(blocks * BLOCK_THREADS):
-            if lists.control[WANTS] == A_PASS:
+            if takes_pass(lists) == 1:
                 team = ti.static(contact.at_place(blocks, t))
                 fill_rows(obstacles, rows, team, body.u)
                 for island in range(island_count(contact)):
                     if lists.control[FIRST] == 1.0 or system.stats[island * STATS + NEXT] == MEASURE:
                         found = measure_nodes(body, boundary, team, rows, None, system, viscous, island)
-                        places = [3 * island + i for i in range(3)]
+                        places = [solve_place(contact, 3 * island + i) for i in range(3)]
                         put_sums(team, None, places, [found[0], found[1], found[2]], MEASURES)
 
     @ti.func
@@ -202,11 +206,11 @@ def make_solve_launches(kinds: tuple[tuple[str, str], ...], options: ContactOpti
     ):  # fmt: skip
         ti.loop_config(block_dim=BLOCK_THREADS)
         for _ in range(BLOCK_THREADS):
-            if lists.control[WANTS] == A_PASS:
+            if takes_pass(lists) == 1:
                 first = ti.cast(lists.control[FIRST], ti.i32)
                 for island in range(island_count(contact)):
                     if first == 1 or system.stats[island * STATS + NEXT] == MEASURE:
-                        found = over_blocks(contact, 3 * island, blocks, MEASURES)
+                        found = over_blocks(contact, solve_place(contact, 3 * island), blocks, MEASURES)
                         if leader(contact) == 1:
                             note_measure(system, island, found[0], found[1], found[2])
                         decide(body, contact, system, viscous, island, first)
@@ -220,7 +224,7 @@ def make_solve_launches(kinds: tuple[tuple[str, str], ...], options: ContactOpti
     ):  # fmt: skip
         ti.loop_config(block_dim=BLOCK_THREADS)
         for t in range(blocks * BLOCK_THREADS):
-            if lists.control[WANTS] == A_PASS:
+            if takes_pass(lists) == 1:
                 for island in range(island_count(contact)):
                     if is_due(system, island) == 1:
                         team = ti.static(contact.at_place(blocks, t))
@@ -232,7 +236,7 @@ def make_solve_launches(kinds: tuple[tuple[str, str], ...], options: ContactOpti
     ):
         ti.loop_config(block_dim=BLOCK_THREADS)
         for t in range(blocks * BLOCK_THREADS):
-            if lists.control[WANTS] == A_PASS:
+            if takes_pass(lists) == 1:
                 for island in range(island_count(contact)):
                     if is_due(system, island) == 1:
                         team = ti.static(contact.at_place(blocks, t))
@@ -246,23 +250,24 @@ def make_solve_launches(kinds: tuple[tuple[str, str], ...], options: ContactOpti
     ):
         ti.loop_config(block_dim=BLOCK_THREADS)
         for _ in range(BLOCK_THREADS):
-            if lists.control[WANTS] == A_PASS:
+            if takes_pass(lists) == 1:
                 for island in range(island_count(contact)):
-                    if is_due(system, island) == 1:
-                        found = over_blocks(contact, extremes_place(contact, island), blocks, EXTREMES)
-                        note_extremes(contact, system, island, found)
-                        if leader(contact) == 1:
-                            system.stats[island * STATS + STALE] = 0.0
-                        meet(contact)
+                    renew_tangent(contact, system, island, blocks)
+                    meet(contact)
                     solve_island(body, contact, rows, None, system, island, block)
                 if leader(contact) == 1:
-                    passes = lists.control[PASSES] + 1.0
-                    lists.control[FIRST] = 0.0
-                    lists.control[PASSES] = passes
-                    lists.control[MOST] = ti.max(lists.control[MOST], passes)
-                    if any_island(system.stats, NEXT, MEASURE) == 0:
-                        failed = any_island(system.stats, CONVERGED, 0.0)
-                        lists.control[WANTS] = ti.select(failed == 1, A_LOOK, NOTHING)
+                    end_pass(lists, system)
+
+    @ti.func
+    def begin(lists: ti.template(), contact: ti.template(), system: ti.template()):
+        ti.loop_config(block_dim=BLOCK_THREADS)
+        for t in range(blocks * BLOCK_THREADS):
+            if takes_pass(lists) == 1:
+                team = ti.static(contact.at_place(blocks, t))
+                for island in range(island_count(contact)):
+                    if t < BLOCK_THREADS:
+                        renew_tangent(team, system, island, blocks)
+                    begin_island(team, system, island)
 
     @ti.func
     def solve_launches(
@@ -274,7 +279,10 @@ def make_solve_launches(kinds: tuple[tuple[str, str], ...], options: ContactOpti
         judge(body, lists, contact, system, viscous)
         linearise(body, lists, contact, pairs, system, viscous)
         assemble(body, lists, contact, pairs, system)
-        solve(body, lists, rows, contact, system)
+        if ti.static(colours > 0):
+            begin(lists, contact, system)
+        else:
+            solve(body, lists, rows, contact, system)
 
     return solve_launches
 
@@ -287,6 +295,15 @@ def is_due(system: ti.template(), island):
 
 
 @ti.func
+def renew_tangent(contact: ti.template(), system: ti.template(), island, blocks: ti.template()):
+    """Note the extremes of a new tangent of an island, by the threads of one block."""
+    if is_due(system, island) == 1:
+        note_extremes(contact, system, island, over_blocks(contact, extremes_place(contact, island), blocks, EXTREMES))
+        if leader(contact) == 1:
+            system.stats[island * STATS + STALE] = 0.0
+
+
+@ti.func
 def extremes_place(contact: ti.template(), island):
     """Return the number in `partial` of the smallest pivot of an island, behind the measures of all."""
-    return 3 * island_count(contact) + 2 * island
+    return solve_place(contact, 3 * island_count(contact) + 2 * island)

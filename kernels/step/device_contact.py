@@ -39,23 +39,22 @@ from ..nodes.loads import measure_loads
 from ..nodes.rigid_body import move_bodies
 from ..nodes.shared_loads import apply_shared_loads
 from ..nodes.springs import measure_springs, spring_forces
-from ..static.control import CONVERGED, MEASURE, NEXT, any_island
 from ..static.massless_contact import massless_load
 from ..static.sliding import sliding_work
 from ..static.solve import make_resolve
 from .device_blocks import make_boundary_launches, make_solve_launches
 from .device_control import (
     A_LAYER,
-    A_LOOK,
     A_PASS,
     DEVICE_CONTROL,
     FIRST,
     MOST,
     NOTHING,
-    PASSES,
     TAKEN,
     WANTS,
+    end_pass,
     row_of,
+    takes_pass,
     takes_step,
     want_layers,
     want_pass,
@@ -344,22 +343,22 @@ def make_device_start(signature: Signature, options: ContactOptions, exact: bool
 @functools.cache
 def make_device_pass(
     kinds: tuple[tuple[str, str], ...], measured: tuple[int, ...], signature: Signature, threads: int,
-    options: ContactOptions, plain: bool, blocks: int = 1,
+    options: ContactOptions, plain: bool, blocks: int = 1, colours: int = 0,
 ):  # fmt: skip
     """Return the kernel of one pass of the static solve, memoised.
 
     measured: the kinds, by number, that have contact cells; threads: of the loops over these; plain: every basis is the
-    identity; blocks: as in `make_device_contact_step`.
+    identity; blocks: as in `make_device_contact_step`; colours: of sweeps that are launched one by one, else 0.
     """
     cells_of = make_surface_cells(kinds, measured, threads, True, options.viscous)
     resolve = make_resolve(kinds, options.block, plain, options.threads)
-    solve_launches = make_solve_launches(kinds, options, blocks, plain)
+    solve_launches = make_solve_launches(kinds, options, blocks, plain, colours)
 
     @ti.func
     def surface_loop(n: ti.template(), body: ti.template(), lists: ti.template(), launch: ti.template()):
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
-            if lists.control[WANTS] == A_PASS:
+            if takes_pass(lists) == 1:
                 rate = 0.0
                 if ti.static(options.viscous):
                     rate = launch.viscous_cells[RATE]
@@ -381,13 +380,7 @@ def make_device_pass(
                     set_coefficients(body, boundary, obstacles, rows, None, contact, 0, 0, here)
                 resolve(body, boundary, contact, rows, None, pairs, system, launch.viscous_cells, first)
                 if leader(contact) == 1:
-                    passes = lists.control[PASSES] + 1.0
-                    lists.control[FIRST] = 0.0
-                    lists.control[PASSES] = passes
-                    lists.control[MOST] = ti.max(lists.control[MOST], passes)
-                    if any_island(system.stats, NEXT, MEASURE) == 0:
-                        failed = any_island(system.stats, CONVERGED, 0.0)
-                        lists.control[WANTS] = ti.select(failed == 1, A_LOOK, NOTHING)
+                    end_pass(lists, system)
 
     @ti.func
     def device_pass(

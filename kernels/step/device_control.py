@@ -9,11 +9,16 @@ the sums of the boundary nodes and the numbers of the layers, a row for every st
 """
 
 from ..engine import ti
+from ..static.control import CONVERGED, MEASURE, NEXT, any_island
 
 # what is next; steps taken in this block; 1: the next pass is the first one of its step; passes of this step so far;
 # largest number of passes of a step in this block
 WANTS, TAKEN, FIRST, PASSES, MOST = 0, 1, 2, 3, 4
-DEVICE_CONTROL = 5
+# of sweeps that are launched one by one: 1 while a solve makes them; those of this pass; from MOST_SWEEPS on the most
+# of the first pass of a step in this block, of the second one, and so on; the last number is that of all further ones
+SOLVING, SWEPT, MOST_SWEEPS = 5, 6, 7
+COUNTED_PASSES = 4
+DEVICE_CONTROL = MOST_SWEEPS + COUNTED_PASSES
 NOTHING, A_PASS, A_LOOK, A_LAYER = 0.0, 1.0, 2.0, 3.0
 
 
@@ -44,3 +49,23 @@ def want_layers(lists: ti.template(), offer):
     if offer == 0:
         lists.control[TAKEN] = 0.0
         lists.control[MOST] = 0.0
+
+
+@ti.func
+def takes_pass(lists: ti.template()):
+    """Return 1 if the device takes the pass that is offered, else 0."""
+    own = lists.control[WANTS] == A_PASS and lists.control[SOLVING] == 0.0
+    return ti.select(own, 1, 0)
+
+
+@ti.func
+def end_pass(lists: ti.template(), system: ti.template()):
+    """Note the end of a pass, and what follows."""
+    passes = lists.control[PASSES] + 1.0
+    lists.control[FIRST] = 0.0
+    lists.control[PASSES] = passes
+    lists.control[MOST] = ti.max(lists.control[MOST], passes)
+    lists.control[SWEPT] = 0.0
+    if any_island(system.stats, NEXT, MEASURE) == 0:
+        failed = any_island(system.stats, CONVERGED, 0.0)
+        lists.control[WANTS] = ti.select(failed == 1, A_LOOK, NOTHING)

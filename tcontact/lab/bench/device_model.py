@@ -5,9 +5,10 @@
 Bytes are those of planning/device_traffic.py. Operations of a cell are those that its machine code executes, counted
 by fake_cuda.sh (tests/test_cuda_counts.py); a fused multiply-add is one operation.
 
-With contact one block of threads more takes the boundary nodes, and the passes of the static solve: what it loads and
-stores, counted there too, passes through one of the processors alone. Its time is the least: all that it waits for, and
-its threads for each other, comes on top.
+With contact one block of threads more takes few boundary nodes, and the passes of the static solve: what it loads and
+stores, counted there too, passes through one of the processors alone. Many nodes are taken by several blocks in more
+launches (planning/device_blocks.py), what they load and store counted as if no cache held it; between them launches of
+one block combine sums. These times are the least: all that threads wait for within a launch comes on top.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ...mesh.elements import ELEMENTS, Element
+from ...planning import device_blocks
 from ...planning.cell_shapes import STORED
 from ...planning.device_memory import Cells
 from ...planning.device_traffic import Traffic, traffic
@@ -64,6 +66,53 @@ class Counted(NamedTuple):
         return max((self.moved * nodes + self.moved_once) / ONE_BANDWIDTH, operations / (RATE / PROCESSORS))
 
 
+class Spread(NamedTuple):
+    """Launches of several blocks of threads, and of one block between them.
+
+    operations, moved: of every contact node; by_block: bytes of every block; once: bytes of the launches of one block;
+    launches: of all of them.
+    """
+
+    operations: float
+    moved: float
+    by_block: float
+    once: float
+    launches: int
+
+    def seconds(self, nodes: int, blocks: int) -> float:
+        """Return the least time [s] for so many contact nodes and blocks, without that between launches."""
+        moved = self.moved * nodes + self.by_block * blocks
+        speed = min(BANDWIDTH, min(blocks, PROCESSORS) * ONE_BANDWIDTH)
+        return max(moved / speed, self.operations * nodes / RATE) + self.once / ONE_BANDWIDTH
+
+
+class SpreadContact(NamedTuple):
+    """What contact adds to a step where several blocks of threads take it: a solving pass and one that only judges.
+
+    boundary: the boundary nodes; pass_: a pass without its solve; solve: by one block; sweep, end: of sweeps that are
+    launched one by one, so many in a solving pass.
+    """
+
+    boundary: Spread
+    pass_: Spread
+    solve: Counted
+    sweep: Spread
+    end: Spread
+    sweeps: int
+
+    def seconds(self, nodes: int, blocks: int, swept: bool) -> tuple[float, float]:
+        """Return the least time [s] of a step, and that between its launches; swept: sweeps are launched one by one."""
+        parts = [self.boundary, self.pass_, self.pass_]
+        work, more = 0.0, 2
+        if swept:
+            parts += [self.sweep] * self.sweeps + [self.end] * 2
+            more = 0
+        else:
+            work = self.solve.seconds(nodes)
+        work += sum(part.seconds(nodes, blocks) for part in parts)
+        return work, (sum(part.launches for part in parts) + more) * LAUNCH
+
+
 class Contact(NamedTuple):
     """What contact adds to a step: its boundary nodes, a pass that solves, one that finds no more to do; launches."""
 
@@ -84,6 +133,19 @@ CONTACT: Mapping[str, Contact] = {
 }
 
 
+# of the same where several blocks of threads take the nodes: hexahedra, four colours, ten sweeps in a solving pass
+SPREAD: Mapping[str, SpreadContact] = {
+    "frictionless": SpreadContact(
+        boundary=Spread(311, 2947, 166323, 92000, 3),
+        pass_=Spread(1453, 1421, 74798, 39296, 5),
+        solve=Counted(578, 3528, 35430, 1066490),
+        sweep=Spread(56, 351, 116542, 223496, 5),
+        end=Spread(29, 420, 55571, 229816, 5),
+        sweeps=10,
+    ),
+}
+
+
 def model(kind: str, law: str, size: int) -> dict[str, Any]:
     """Return bytes and operations per cell of a cube of size^3 hexes, and the time of a step [s] by both limits."""
     count, nodes, moved = size**3 * len(_element(kind).in_box), (size + 1) ** 3, moved_bytes(kind, size)
@@ -97,8 +159,11 @@ def model(kind: str, law: str, size: int) -> dict[str, Any]:
 
 
 def contact_seconds(size: int, contact: str) -> tuple[float, float]:
-    """Return what contact adds to a step of a cube [s]: the least time of its one block, and that of its launches."""
+    """Return what contact adds to a step of a cube [s]: the least time of its work, and that between its launches."""
     own, nodes = CONTACT[contact], (size + 1) ** 2
+    blocks = device_blocks.blocks_of(nodes)
+    if blocks > 1:
+        return SPREAD[contact].seconds(nodes, blocks, nodes >= device_blocks.MANY_SWEPT)
     block = sum(part.seconds(nodes) for part in (own.boundary, own.solving, own.judging))
     return block, own.launches * LAUNCH
 
@@ -170,5 +235,5 @@ def _with_contact(found: Sequence[Mapping[str, Any]]) -> list[str]:
             f"{row['size']}^3 ms": f"{1e3 * (row['step_s'] + sum(more)):.3g}"
             for row, more in zip(own, added, strict=True)
         }
-        table.append(cells | {"of it one block ms": f"{1e3 * added[-1][0]:.3g}"})
+        table.append(cells | {"of it contact ms": f"{1e3 * sum(added[-1]):.3g}"})
     return ["", "the same with a contact face: at least", *columns(table)]

@@ -13,13 +13,15 @@ from ...device import arrays
 from ...device.launch import Prepared
 from ...kernels.columns import group_size
 from ...kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_ROWS, GROUPS
+from ...kernels.static.sweep_state import STATE
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.rigid_bodies import RigidBodies
-from ...planning.device_blocks import contact_blocks, partial_numbers
+from ...planning.device_blocks import contact_blocks, partial_numbers, sweep_colours
 from ...planning.device_lists import colour_lists, givers, parts_of, surface_corners, surface_threads
 from ...planning.domain import Domain
 from .device_loads import DeviceLoads
 from .device_step import LAYERS, DeviceSteps
+from .device_sweeps import DeviceSweeps
 
 FEWEST_PASSES = 2  # of the static solve that a step of the first block offers
 MORE_PASSES = 4  # offered at once where a solve goes on at the end of a block
@@ -61,6 +63,7 @@ class DeviceContactSteps(DeviceSteps):
         self.boundary_nodes, self.inverse_mass = boundary.nodes, boundary.inverse_mass
         self.passes = FEWEST_PASSES
         blocks = contact_blocks(domain, options)
+        most_colours = sweep_colours(domain, solve.islands, blocks, options)
         colours = colour_lists(domain.contact.graph, solve.islands, arrays.get(solve.system["pack_start"]))
         own = self._own = {
             "sums": arrays.zeros(self.width),
@@ -73,7 +76,8 @@ class DeviceContactSteps(DeviceSteps):
             "corner_rows": arrays.put(self._corners(force, domain)),
         }
         if blocks > 1:
-            own["partial"] = arrays.zeros(blocks * partial_numbers(self.width, len(solve.islands)))
+            numbers = partial_numbers(self.width, len(solve.islands), most_colours)
+            own["partial"] = arrays.zeros(blocks * numbers)
         if isinstance(contact.friction, LayeredFriction):
             self.layers = DeviceLayers(contact.friction, contact, own["control"])
             options = options._replace(layers=self.layers.options)
@@ -92,7 +96,9 @@ class DeviceContactSteps(DeviceSteps):
         surface = body._replace(v=None, mass=None, rows=force.corner_forces, corner_rows=own["corner_rows"])
         if options.varied and options.static_friction:  # of rows that get a new partner in the solve
             surface = surface._replace(v=v)
-        system = System(**solve.system, colours=own["colours"])
+        if most_colours:
+            own["sweep_state"] = arrays.zeros(STATE * len(solve.islands))
+        system = System(**solve.system, colours=own["colours"], sweep_state=own.get("sweep_state"))
         measures = System(stiffness=system.stiffness, settings=system.settings, stats=system.stats)
         held = SupportArrays() if supports is None else SupportArrays(**supports.arguments(), sums=own["sums"])
         stepping, launch = lists._replace(contact_parts=None), Launch()
@@ -124,8 +130,12 @@ class DeviceContactSteps(DeviceSteps):
         options_of = options_of | {"loaded": loads.name, "blocks": blocks}
         self._steps = self.parts_of_step(lambda part: made(*parts, **options_of, part=part))
         self._start = Prepared(device_contact.make_device_start(signature_of(start), options, exact))
-        of_pass = domain.kinds, measured, signature_of(solved), threads, options, contact.plain, blocks
+        of_pass = domain.kinds, measured, signature_of(solved), threads, options, contact.plain, blocks, most_colours
         self._pass = Prepared(device_contact.make_device_pass(*of_pass))
+        self._sweeps = None
+        if most_colours:
+            swept = controlled, common["contact"], system
+            self._sweeps = DeviceSweeps(swept, surface, common["rows"], options, blocks, most_colours)
         self._arrays = tuple(arguments(bundles) for bundles in (step, start, solved))
         names = "values", "inverse", "stiffness", "stats"
         self._keep([] if self.layers is None else self.layers.kept())
@@ -187,15 +197,21 @@ class DeviceContactSteps(DeviceSteps):
         self._start(*self._arrays[1])
         self._settle()
 
+    def _offer_pass(self, number: int, times: int = 1) -> None:
+        """Offer pass `number` of a step; times: as many sweeps as usual, where they are launched one by one."""
+        self._pass(*self._arrays[2])
+        if self._sweeps is not None:
+            self._sweeps.offer(number, times)
+
     def _settle(self) -> np.ndarray:
         """Offer passes until the static solve has ended; return the numbers of the device."""
         names = self.names
-        for _ in range(9):
+        for turn in range(9):
             control = np.array(arrays.get(self._own["control"]))
             if control[names.WANTS] != names.A_PASS:
                 break
             for _ in range(MORE_PASSES):
-                self._pass(*self._arrays[2])
+                self._offer_pass(0, 1 << turn)
         if control[names.WANTS] == names.A_LOOK:  # the host has seen it
             after = control.copy()
             after[names.WANTS] = names.NOTHING
@@ -211,13 +227,15 @@ class DeviceContactSteps(DeviceSteps):
             for _ in range(rows - taken):
                 self.launch_step(offer, commit, numbers, self._arrays[0])
                 offer += 1
-                for _ in range(self.passes if steps[1] > 0.0 else 0):
-                    self._pass(*self._arrays[2])
+                for number in range(self.passes if steps[1] > 0.0 else 0):
+                    self._offer_pass(number)
             control = self._settle()
             taken = int(control[names.TAKEN])
             if control[names.WANTS] == names.A_LOOK:
                 break
         self.passes = max(1, int(control[names.MOST]))
+        if self._sweeps is not None:
+            self._sweeps.needed(control[names.MOST_SWEEPS : names.DEVICE_CONTROL])
         boundary = control[names.DEVICE_CONTROL :].reshape(-1, self._row_width)[:taken]
         self.note_layers(boundary)
         found = self.force.ledger_rows(taken)
