@@ -8,11 +8,12 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from rank_scenes import CONTACT_RANKS, PRESSURES, SCENES, SCHEMES
+from rank_scenes import APART, CONTACT_RANKS, PRESSURES, SCENES, SCHEMES
 
 import tcontact as tc
 from tcontact.device import arrays, ranks
 from tcontact.device.exchange import Exchange
+from tcontact.planning.partition.domain_part import cut_domain
 from tcontact.run import rank_run
 from tcontact.schemes.explicit.rank_state import RankState
 
@@ -28,6 +29,12 @@ class Watched(RankState):
     def __init__(self, *given):
         STATES.append(self)
         super().__init__(*given)
+
+
+def by_bodies(domain, _scene, ranks, _contact=None):
+    """A cut that gives the bodies to the ranks in turn."""
+    counts = [body.body.mesh.cell_count for body in domain.bodies]
+    return np.repeat(np.arange(len(counts)) % ranks, counts).astype(np.int32)
 
 
 def unequal_copies():
@@ -52,6 +59,7 @@ def main(folder, names):
         before = Exchange.all_messages
         options = {"scheme": SCHEMES.get(name, tc.CentralDifference()), "pressures": name in PRESSURES}
         options["contact_ranks"] = CONTACT_RANKS.get(name)
+        rank_run.cut_domain = by_bodies if name in APART else cut_domain
         result = tc.simulate(SCENES[name](), frames=3, fields="all", out=out, threads=1, **options)
         values = {"x": result.position, "v": result.velocity, "force": result.contact_node_force} | result.metals
         values |= {f"history {name}": column for name, column in result.history.items()}

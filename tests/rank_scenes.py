@@ -220,8 +220,28 @@ def knocked():
     return tc.Scene([body], [plane], 1e-3, contact=tc.ImpulseContact(), friction=tc.RegularizedCoulomb(0.4, 0.1))
 
 
+def crossed():
+    """Ranks share the contact of two bodies that slide on each other, one of them held at a side of its contact set.
+
+    The rows are built anew now and then only: a run that goes on takes them over.
+    """
+    held = [tc.Support("xmin", "xyz")]
+    lower = block(counts=(3, 3, 4), at=(0.003, -0.004, -0.1201), velocity=(0.0, 0.0, 0.0), contact="zmax", name="lower",
+                  supports=held)  # fmt: skip
+    upper = block(counts=(4, 3, 3), contact="zmin", name="upper", velocity=(2.0, 0.0, -8.0))
+    contact = tc.MasslessContact(removal="full", tolerance=1e-6)
+    return tc.Scene([lower, upper], duration=1.4e-3, contact=contact, friction=tc.Coulomb(0.1))
+
+
+def squeezed():
+    """Ranks share a penalty between two bodies of which one is of a law whose stable step is followed."""
+    lower = block("neo", counts=(3, 3, 4), at=(0.003, -0.004, -0.1201), velocity=(0.0, 0.0, 3.0), contact="zmax")
+    bodies = [lower, block(counts=(4, 3, 3), contact="zmin", velocity=(9.0, 0.0, -8.0))]
+    return tc.Scene(bodies, duration=1e-3, contact=tc.PenaltyContact(stiffness=2e10), friction=tc.Coulomb(0.2))
+
+
 EVERY = (free, normal, corner, layered, pushed, impulses, held, pulled, adrift, pair, rigid, metal, sensed, mixed)
-EVERY = (*EVERY, crushed, burst, halves, walls, springy, loose, pressed, knocked)
+EVERY = (*EVERY, crushed, burst, halves, walls, springy, loose, pressed, knocked, crossed, squeezed)
 SCENES = {one.__name__: one for one in EVERY}
 SCHEMES = {"crushed": tc.CentralDifference(cfl=0.2), "burst": tc.CentralDifference(dt=1.7e-4)}
 REASONS = {"crushed": "inverted-cell", "burst": "diverged"}  # of the others: "finished"
@@ -231,4 +251,5 @@ CONTACT_RANKS = {
     "springy": 3,
     "loose": 2,
 }  # of the others: as many as the model of the work says
-PRESSURES = ("normal", "pushed", "pair", "walls")  # their runs keep pressures, and so do one row at a time
+APART = ("crossed",)  # each body on a rank of its own
+PRESSURES = ("normal", "pushed", "pair", "walls", "crossed")  # their runs keep pressures, and so do one row at a time

@@ -12,7 +12,20 @@ from test_ranks import HERE, mpiexec, pytestmark  # noqa: F401 - skips these tes
 from tcontact.base.errors import InputError
 from tcontact.run.rank_recut import _check_known
 
-SCENES = ("normal", "pushed", "pair", "rigid", "metal", "held", "pulled", "sensed", "walls", "pressed")
+SCENES = (
+    "normal",
+    "pushed",
+    "pair",
+    "rigid",
+    "metal",
+    "held",
+    "pulled",
+    "sensed",
+    "walls",
+    "pressed",
+    "crossed",
+    "squeezed",
+)
 BOUND = 1e-11  # of the largest value
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
 

@@ -12,6 +12,7 @@ rows.
 from ..columns import SUMS
 from ..engine import ti
 from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
+from ..language.counted import counted
 from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
@@ -255,8 +256,8 @@ def kick_pair_friction(
             first = slip_before(body, boundary, coupling, rows, k, p, r)
             last = slip_speed(coupling, rows, k, p, r)
             middle = first + before / span * (last - first)
-            early = early - 0.5 * before * force.dot(first + middle)
-            late = late - 0.5 * after * force.dot(middle + last)
+            early = early - counted(contact, k) * (0.5 * before * force.dot(first + middle))
+            late = late - counted(contact, k) * (0.5 * after * force.dot(middle + last))
             if ti.static(contact.options.recorded):
                 add, rest = 0.0 - 0.5 * before * force.dot(first + middle), 0.0 - 0.5 * after * force.dot(middle + last)
                 slip = body.params[DRIFT] * (tangents(normal_of(rows, number)) @ last).norm()

@@ -6,6 +6,7 @@ of P_sm F over its rows and the masters of the other body, with the opposite sig
 
 from ..columns import PAIR_LOAD, PAIR_LOADS, SUMS, UNREACHED
 from ..engine import ti
+from ..language.counted import counted
 from ..language.entries import row
 from ..pair_places import FIRST_ENTRY, MASTERS, PAIRS, ROWS, SIDES, SLAVES
 from .constraint_rows import number_of, vector_of
@@ -33,9 +34,10 @@ def count_pairs(coupling: ti.template(), contact: ti.template(), rows: ti.templa
                 at = start + (side >> 1) * PAIR_LOADS
                 gap_place, rows_place = at + PAIR_LOAD.pair_gap_min, at + PAIR_LOAD.pair_rows
                 contact.sums[gap_place] = ti.min(contact.sums[gap_place], gap)
-                contact.sums[rows_place] = contact.sums[rows_place] + 1.0
+                contact.sums[rows_place] = contact.sums[rows_place] + counted(contact, k)
                 if pressed:
-                    contact.sums[at + PAIR_LOAD.pair_pressed] = contact.sums[at + PAIR_LOAD.pair_pressed] + 1.0
+                    place = at + PAIR_LOAD.pair_pressed
+                    contact.sums[place] = contact.sums[place] + counted(contact, k)
             last = side
 
 
@@ -57,12 +59,12 @@ def hand_over_pairs(
     on_masters = ti.Vector.zero(ti.f64, 3)
     for r in range(coupling.lists[ROWS]):
         k = entry(coupling, SLAVES, r)
-        force = vector_of(rows, pair_row(rows, k), place)
+        force, share = vector_of(rows, pair_row(rows, k), place), counted(contact, k)
         slave = row(body.position, boundary.nodes[k]) + row(body.u, boundary.nodes[k])
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m, side = entry(coupling, MASTERS, i), entry(coupling, SIDES, i)
             part = weight(coupling, i) * force
-            on_masters += part
+            on_masters += share * part
             if m < node_count(contact):
                 for j in ti.static(range(3)):
                     contact.force[3 * m + j] = contact.force[3 * m + j] - part[j]
@@ -73,7 +75,7 @@ def hand_over_pairs(
                 part, moment = 0.0 - part, 0.0 - master.cross(part)
             for j in ti.static(range(3)):
                 force_place, moment_place = at + PAIR_LOAD.pair_force + j, at + PAIR_LOAD.pair_moment + j
-                contact.sums[force_place] = contact.sums[force_place] + part[j]
-                contact.sums[moment_place] = contact.sums[moment_place] + moment[j]
+                contact.sums[force_place] = contact.sums[force_place] + share * part[j]
+                contact.sums[moment_place] = contact.sums[moment_place] + share * moment[j]
     for j in ti.static(range(3)):
         contact.sums[SUMS.contact_force + j] = contact.sums[SUMS.contact_force + j] - on_masters[j]

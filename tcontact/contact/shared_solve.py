@@ -51,6 +51,11 @@ class ResidualShares:
         self.exchange.add(shares)
         special_force[self.rows] += shares
 
+    def hand_over(self, force: InternalForce, contact: MasslessContactTerm) -> None:
+        """Share out what the last solve has left unbalanced at the contact nodes of this rank."""
+        assert contact.residual_shares is not None
+        self.add(arrays.get(force.special_force).reshape(-1, 3), arrays.get(contact.residual_shares).reshape(-1, 3))
+
 
 @dataclass(frozen=True, eq=False)
 class SharedIsland:
@@ -164,9 +169,7 @@ class SharedSolve:
 
     def hand_over(self) -> None:
         """Share out what the last solve has left unbalanced."""
-        special = arrays.get(self.force.special_force).reshape(-1, 3)
-        assert self.contact.residual_shares is not None
-        self.shares.add(special, arrays.get(self.contact.residual_shares).reshape(-1, 3))
+        self.shares.hand_over(self.force, self.contact)
 
     def solve(self, u: arrays.Array, v: arrays.Array) -> None:
         """Bring the contact nodes to equilibrium at the displacement u [3n], in place."""

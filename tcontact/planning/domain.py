@@ -89,8 +89,9 @@ class CellBlock:
 
 
 class Domain:
-    """Bodies in one numbering; shared, whole, counted: of a part that a rank has (partition/domain_part.py), else None.
+    """Bodies in one numbering.
 
+    shared, whole, counted, place: of a part that a rank has (partition/domain_part.py), else None;
     numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; springs: those
     of its bodies; obstacles: rigid bodies of the obstacles, if some move freely; chunks: chunks of its cells
     (packing.py), None = as many as suit the threads; mixed: its ordinary cells compute in float32
@@ -103,6 +104,7 @@ class Domain:
     shared: Any = None
     whole: Domain | None = None
     counted: np.ndarray | None = None
+    place: Any = None
 
     def __init__(
         self,

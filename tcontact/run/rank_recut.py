@@ -24,12 +24,14 @@ from ..kernels.lanes import WIDTH
 from ..planning.domain import Domain
 from ..planning.domain_packs import pack_domain
 from ..planning.partition.domain_part import DomainPart
+from ..planning.partition.shared_contact import is_copied
 from ..planning.planning import Plan
 from .checkpoint import contents, store
 from .loop import Run
 from .rank_cut import Cut
 from .rank_recut_acting import FORMS, of_acting, take_over_maxima
 from .rank_recut_contact import OF_CONTACT, OF_OBSTACLES, is_shared, of_contact
+from .rank_recut_pairs import OF_CELLS, of_pairs
 
 AT_NODES = re.compile(r"domains\.(\d+)\.(?:u|v|start_velocity)$")
 OF_RATES = re.compile(r"shape\._rates\.(\d+)\.before$")
@@ -67,8 +69,9 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
     shapes = contents.shapes(run)
     parts: list[DomainPart] | None = getattr(run, "parts", None)
     several = [is_shared(cut, None if parts is None else parts[number]) for number, cut in enumerate(cuts)]
+    copied = [is_copied(cut.domain) and state.contact is not None for cut, state in zip(cuts, run.domains, strict=True)]
     found, values = (
-        {path: one for path, one in own.items() if _is_taken(path, leads, several)}
+        {path: one for path, one in own.items() if _is_taken(path, leads, several, copied)}
         for own in (stored[0].found, stored[0].values)
     )
     if not leads:  # what the first rank alone has
@@ -77,6 +80,10 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
         )
     made = of_acting(run, cuts, stored[0].found, parts, shapes)
     made |= of_contact(run, cuts, stored, parts)
+    for number, cut in enumerate(cuts):
+        if copied[number]:
+            part = None if parts is None else parts[number]
+            of_pairs(run.domains[number], cut, part, f"domains.{number}.contact.pairs", found)
     for path, value in found.items():
         if path not in made and shapes.get(path) not in (None, value.shape):
             text = f"as {path} stands in another order there"
@@ -96,12 +103,15 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
             _take_over_points(run, number, cut, stored)
 
 
-def _is_taken(path: str, leads: bool, several: Sequence[bool]) -> bool:
+def _is_taken(path: str, leads: bool, several: Sequence[bool], copied: Sequence[bool]) -> bool:
     """Return whether a rank takes a value of the first rank as it is; several: of domains whose contact ranks share.
 
-    Of these it takes the obstacles, which all ranks with contact have.
+    Of these it takes the obstacles, which all ranks with contact have. copied: of domains of which it has a whole
+    contact with pairs of bodies.
     """
     match = OF_CONTACT.match(path)
+    if match is not None and copied[int(match[1])]:
+        return OF_CELLS.match(path) is None
     if match is not None and several[int(match[1])]:
         return OF_OBSTACLES.match(path) is not None
     return _is_kept(path, leads)

@@ -19,6 +19,7 @@ from ..device import arrays
 from ..kernels.lanes import SWEEP_LANES
 from ..planning.domain import Domain
 from ..planning.partition.domain_part import DomainPart
+from ..planning.partition.shared_contact import is_copied
 from ..planning.sweep_order import sweep_order
 from .checkpoint import store
 from .loop import Run
@@ -75,7 +76,7 @@ def of_contact(
     found: dict[str, np.ndarray] = {}
     for number, (state, cut) in enumerate(zip(run.domains, cuts, strict=True)):
         part = None if parts is None else parts[number]
-        if not is_shared(cut, part) or state.contact is None:
+        if not is_shared(cut, part) or state.contact is None or is_copied(cut.domain):
             continue
         own = held(cut.domain, part)
         assert own is not None

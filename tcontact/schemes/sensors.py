@@ -48,9 +48,10 @@ class Sensors:
             for index, (number, body) in enumerate(zip(numbers, bodies, strict=True))
             for probe in body.body.probes
         ]
+        self._with_cells = [index for index, body in enumerate(bodies) if len(body.cell_order)]  # not on every rank
         of_stress = {place.index for place in self._probes if place.probe.quantity in STRESSES}
         if not STRESSES.isdisjoint(scene.maxima):
-            of_stress = set(range(len(bodies)))
+            of_stress = set(self._with_cells)
         of_nodes = [self._starts[p.index] + p.items for p in self._probes if not p.probe.facts.of_cells]
         self._moving = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *of_nodes]))
         self.nodes = np.arange(len(velocity)) if of_stress else self._moving
@@ -98,7 +99,8 @@ class Sensors:
     def _fill(self, motion: dict[str, np.ndarray], u: np.ndarray, kept: Kept | None, strains: Kept | None) -> None:
         self._measured, fields = {}, []
         for index, body in enumerate(self.bodies):
-            state = kept(index) if self.stateful and kept is not None else None
+            stateful = self.stateful and index in self._with_cells
+            state = kept(index) if stateful and kept is not None else None
             fields.append(self._fields(index, body, u, state))
         for place in self._probes:
             name, own, probe = place.column, fields[place.index], place.probe
@@ -114,14 +116,14 @@ class Sensors:
         self._cells = {}
         for quantity in self.scene.maxima:
             if quantity == "plastic_strain" and strains is not None:
-                parts = [strains(index)[None] for index in range(len(self.bodies))]
+                parts = [strains(index)[None] for index in self._with_cells]
             else:
-                parts = [own[quantity] for own in fields]
+                parts = [fields[index][quantity] for index in self._with_cells]
             cells = np.array([_largest(part) for part in parts])
             largest = np.array([part[np.arange(len(part)), cell] for part, cell in zip(parts, cells, strict=True)])
             owner = _largest(largest.T)
             row = np.arange(len(owner))
-            self._cells[quantity] = largest[owner, row], owner, cells[owner, row]
+            self._cells[quantity] = largest[owner, row], np.array(self._with_cells)[owner], cells[owner, row]
 
     def _fields(self, index: int, body: BodyPlan, u: np.ndarray, state: np.ndarray | None) -> dict[str, np.ndarray]:
         """Return the quantities [rows, cells] of a body that probes or maxima ask for."""

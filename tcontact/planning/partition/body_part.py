@@ -17,7 +17,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from ...mesh.mesh import Mesh
-from ...mesh.parts import part_of
+from ...mesh.parts import Sets, part_of
 from ...scene.body import Body
 from ...scene.cell_blocks import blocks_of
 from ...scene.periodic import Images
@@ -179,7 +179,7 @@ def _part_of_body(body: Body, part: Part, acts: bool, touches: bool) -> Body:
     """
     mesh, nodes = body.mesh, part.nodes
     node_sets, face_sets = (dict(own) if acts else {} for own in (mesh.node_sets, mesh.face_sets))
-    smaller = Mesh(**part_of(mesh.nodes, mesh.blocks, node_sets, face_sets, dict(mesh.cell_sets), part.cells))
+    smaller = _mesh_of(mesh, part, node_sets, face_sets)
     given = {field.name: getattr(body, field.name) for field in fields(Body)}
     given |= {"mesh": smaller, "velocity": body.initial_velocity[nodes]}
     given |= {"displacement": body.initial_displacement[nodes]}
@@ -205,9 +205,29 @@ def _part_of_body(body: Body, part: Part, acts: bool, touches: bool) -> Body:
         initial_velocity=given["velocity"],
         initial_displacement=given["displacement"],
         spring_speed=body.spring_speed,
-        blocks=blocks_of(smaller, given["material"], given["formulation"]),
+        blocks=blocks_of(smaller, given["material"], given["formulation"]) if len(part.cells) else (),
     )
     return result
+
+
+def _mesh_of(mesh: Mesh, part: Part, node_sets: Sets, face_sets: Sets) -> Mesh:
+    """Return the mesh of a part with these sets of the whole; nodes that are there without cells stand in none."""
+    if not len(part.cells):
+        kind, rows = mesh.blocks[0]
+        return Mesh.trusted(mesh.nodes[part.nodes], rows[:0].copy(), kind, {}, {})
+    given = part_of(mesh.nodes, mesh.blocks, node_sets, face_sets, dict(mesh.cell_sets), part.cells)
+    smaller = Mesh(**given)
+    if smaller.node_count == len(part.nodes):
+        return smaller
+    used = np.zeros(mesh.node_count, dtype=bool)
+    first = 0
+    for _, rows in mesh.blocks:
+        used[rows[part.cells[(part.cells >= first) & (part.cells < first + len(rows))] - first]] = True
+        first += len(rows)
+    place = np.flatnonzero(used[part.nodes])
+    nodes, faces = ({name: place[ids] for name, ids in own.items()} for own in (smaller.node_sets, smaller.face_sets))
+    cells, sets = place[smaller.cells], dict(smaller.cell_sets)
+    return Mesh.trusted(mesh.nodes[part.nodes], cells, smaller.kind, nodes, faces, sets)
 
 
 def _cell_order(body: Body, order: np.ndarray, place: np.ndarray, touching: np.ndarray) -> np.ndarray:
@@ -219,7 +239,7 @@ def _cell_order(body: Body, order: np.ndarray, place: np.ndarray, touching: np.n
     for number, block in enumerate(body.blocks):
         rank[block.numbers] = number
     contact[touching] = True
-    found = []
+    found = [order[:0]]
     for number, block in enumerate(body.blocks):
         own = order[rank[order] == number]
         free, held = own[~contact[own]], own[contact[own]]

@@ -27,6 +27,7 @@ from .shared_contact import (
     check_receivers,
     contact_in_meshes,
     hindrance,
+    is_copied,
     mesh_blocks,
     mesh_starts,
     shared_contact,
@@ -38,9 +39,10 @@ class PartDomain(Domain):
 
     shared: its part of a contact that ranks share, None where the first rank has the whole contact; whole: the domain
     of all ranks; counted [s]: 1.0 for the boundary nodes whose copies of this rank sums count, else 0.0; None where the
-    host subtracts what others count.
+    host subtracts what others count; place [n]: number here of every node of the whole domain, -1 elsewhere.
     """
 
+    place: np.ndarray
     shared: SharedContact | None = None
     whole: Domain | None = None
     counted: np.ndarray | None = None
@@ -135,27 +137,30 @@ def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
     shares: list[BodyShare | None] = [None] * len(domain.bodies)
     for number, (plan, own) in enumerate(zip(domain.bodies, np.split(cut, np.cumsum(counts)[:-1]), strict=True)):
         mesh = plan.body.mesh
-        if not (own == rank).any():
-            bodies.append(no_part(plan, rank))
-            continue
         if contact is not None and lists is not None:
             shares[number] = contact.body_share(number, rank, lists)
-        own_part = part_of_rank(mesh.blocks, mesh.node_count, own, rank)
+        common = () if contact is None else (contact.common(number), contact.ranks)
+        own_part = part_of_rank(mesh.blocks, mesh.node_count, own, rank, *common)
+        if not len(own_part.nodes):
+            bodies.append(no_part(plan, rank))
+            continue
         bodies.append(body_part(plan, own_part, rank == 0, shares[number], contact is not None))
     there = [number for number, body in enumerate(bodies) if len(body.nodes)]
     plans = tuple(bodies[number].plan for number in there)
     numbers = tuple(domain.numbers[number] for number in there)
+    pairs = domain.pairs if rank in ((0,) if contact is None else contact.ranks) else ()
     if rank == 0:
-        part = PartDomain(plans, numbers, domain.pairs, domain.springs, domain.obstacles)
+        part = PartDomain(plans, numbers, pairs, domain.springs, domain.obstacles)
     else:
-        part = PartDomain(plans, numbers)
+        part = PartDomain(plans, numbers, pairs)
     part.chunks, part.mixed, part.records_friction = domain.chunks, domain.mixed, domain.records_friction
     found = DomainPart(domain, tuple(bodies), part)
     if contact is not None and lists is not None:
         everyone = np.concatenate([body.node_order for body in domain.bodies])
         everyone += np.repeat(mesh_starts(domain)[:-1], np.diff(domain.node_start))
         boundary = everyone[found.nodes[part.boundary]]
-        part.whole = domain
+        part.whole, part.place = domain, np.full(len(domain.reference), -1, dtype=np.int64)
+        part.place[found.nodes] = np.arange(len(found.nodes))
         part.shared = shared_contact(contact, rank, lists, shares, boundary, found.rows_shared())
         part.counted = np.ones(len(part.boundary))
         part.counted[found.guests()] = 0.0
@@ -185,6 +190,8 @@ def cut_domain(domain: Domain, scene: Scene, ranks: int, contact: int | None = N
         touching = _cells_at(blocks, _marked(count, [nodes]))
         cells, removal = sum(len(rows) for _, rows in blocks), "full" if domain.contact.block > 1 else "normal"
         removal = "none" if domain.contact.graph is None else removal
+        if contact is None and is_copied(domain) and cells - len(together) >= ranks - 1:
+            contact = 1  # every rank does the whole solve: only what does not fit on one is shared
         if contact is None:
             contact = contact_ranks(cells, len(touching), len(nodes), ranks, removal, cells - len(together))
         contact = min(contact, ranks, len(touching))

@@ -7,6 +7,7 @@ equal bits.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,22 +50,34 @@ def corners_of(blocks: Blocks) -> tuple[IntArray, IntArray]:
     return np.concatenate(cells), np.concatenate(nodes)
 
 
-def part_of_rank(blocks: Blocks, node_count: int, rank: IntArray, own: int) -> Part:
+def part_of_rank(
+    blocks: Blocks,
+    node_count: int,
+    rank: IntArray,
+    own: int,
+    common: IntArray | None = None,
+    among: Sequence[int] = (),
+) -> Part:
     """Return what one rank has of a mesh.
 
-    blocks: as `Mesh.blocks`; rank [m]: of every cell (`cut.cut_cells`); own: number of the rank.
+    blocks: as `Mesh.blocks`; rank [m]: of every cell (`cut.cut_cells`); own: number of the rank; common [k]: nodes of
+    which all the ranks `among` have copies, with cells there or without.
     """
     mine = np.zeros(node_count, dtype=bool)
+    common = np.zeros(0, dtype=np.int64) if common is None else common
+    if own in among:
+        mine[common] = True
     starts = np.cumsum([0, *(len(rows) for _, rows in blocks)])
     of_block = [rank[start : start + len(rows)] for start, (_, rows) in zip(starts, blocks, strict=False)]
     for (_, rows), ranks in zip(blocks, of_block, strict=True):
         mine[rows[ranks == own]] = True
-    nodes, count, copies = np.flatnonzero(mine), int(rank.max()) + 1, []
+    nodes, count, copies = np.flatnonzero(mine), max([int(rank.max()), *among]) + 1, []
     for (_, rows), ranks in zip(blocks, of_block, strict=True):
         near = cells_at(mine, rows)
         near = near[ranks[near] != own]
         at, other = rows[near], np.broadcast_to(ranks[near, None], (len(near), rows.shape[1]))
         copies.append((at * count + other)[mine[at]])
+    copies += [common[mine[common]] * count + other for other in among if other != own]
     at, others = np.divmod(np.unique(np.concatenate(copies)), count)  # copies by node, then by rank
     places = np.searchsorted(nodes, at)
     owner = np.full(len(nodes), own, dtype=np.int64)

@@ -10,6 +10,9 @@ the graph of the whole contact, which every rank has planned:
     what a solve leaves unbalanced    shared out to the receivers of a node by the lowest rank with a cell at both
 
 Contact nodes with mass need none of these: every copy computes its own contact force from what all copies have alike.
+
+With pairs of bodies every rank with contact cells has all contact nodes, those without cells of its own as copies too
+(`is_copied`). The ranks add the forces of the contact cells and K_KK, and each does the whole search and solve.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from ...mesh.geometry import Blocks
 from ...scene.contact_models import MasslessContact
 from ...scene.friction_models import Coulomb, RegularizedCoulomb
 from ...scene.scene import Scene
+from ..applied_loads import loaded_nodes
 from ..body_plan import BodyPlan, ContactPlan
 from ..contact_graph import ContactGraph
 from ..domain import Domain
@@ -38,8 +42,6 @@ def hindrance(scene: Scene, domain: Domain) -> str:
     contact = domain.contact
     if contact is None or not len(contact.nodes):
         return "contact nodes that supports hold"
-    if domain.pairs:
-        return "pairs of bodies"
     if domain.obstacles:
         return "obstacles that move freely"
     if scene.friction is not None and type(scene.friction) not in (Coulomb, RegularizedCoulomb):
@@ -48,20 +50,37 @@ def hindrance(scene: Scene, domain: Domain) -> str:
         return "periodic sides"
     if scene.springs or any(body.rigid for body in domain.bodies):
         return "springs or rigid parts"
+    if is_copied(domain) and any(_is_loaded(body) for body in domain.bodies):
+        return "loads or driven supports on contact nodes of pairs"
     return _hindrance_of_solve(scene, domain) if isinstance(scene.contact, MasslessContact) else ""
 
 
 def _hindrance_of_solve(scene: Scene, domain: Domain) -> str:
     """Return what keeps the static solve of a domain on one rank, or ""."""
-    if any(body.contact is not None and _is_held(body.contact) for body in domain.bodies):
+    held = any(body.contact is not None and _is_held(body.contact) for body in domain.bodies)
+    if held and not is_copied(domain):
         return "contact nodes that supports hold"
     if domain.viscous_cells:
         return "viscous contact cells"
     if domain.viscosity is not None and domain.plastic:
         return "bulk viscosity of metals"
-    if projected(scene, domain.bodies):
+    if projected(scene, domain.bodies) and not is_copied(domain):
         return "MPRGP"
     return ""
+
+
+def is_copied(domain: Domain) -> bool:
+    """Return whether every rank that shares the contact of a domain has all its nodes."""
+    return bool(domain.pairs)
+
+
+def _is_loaded(plan: BodyPlan) -> bool:
+    """Return whether loads or supports that functions of time drive, which the first rank has, act on contact nodes."""
+    if plan.contact is None:
+        return False
+    driven = plan.boundary[plan.support_rows[plan.driven >= 0]]
+    acting = np.concatenate([loaded_nodes(plan.body), plan.node_order[driven]])
+    return bool(np.isin(plan.node_order[plan.contact.all_nodes], acting).any())
 
 
 def _is_held(contact: ContactPlan) -> bool:
@@ -84,6 +103,13 @@ def contact_in_meshes(domain: Domain) -> np.ndarray:
     """Return the contact nodes [k] of a domain among those of the meshes of all its bodies."""
     pairs = zip(domain.bodies, mesh_starts(domain), strict=False)
     found = [body.node_order[body.contact.nodes] + first for body, first in pairs if body.contact is not None]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+
+
+def contact_set_in_meshes(domain: Domain) -> np.ndarray:
+    """Return every node [a] of the contact sets of a domain likewise, also those that supports hold."""
+    pairs = zip(domain.bodies, mesh_starts(domain), strict=False)
+    found = [body.node_order[body.contact.all_nodes] + first for body, first in pairs if body.contact is not None]
     return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
 
@@ -156,6 +182,7 @@ class ContactCut:
         self.number = np.full(int(mesh_starts(domain)[-1]), -1, dtype=np.int64)
         self.number[self.nodes] = np.arange(len(self.nodes))
         self.rank_of_cells = self._rank_of_contact_cells()
+        self.copied, self.ranks = is_copied(domain), self._ranks()  # ranks: with cells at the contact sets
         start, rows = np.zeros(len(self.nodes) + 1, dtype=np.int64), np.zeros(0, dtype=np.int64)
         if self.graph is not None:
             start, rows = domain.residual_receivers
@@ -173,6 +200,20 @@ class ContactCut:
             first += body.body.mesh.cell_count
         return np.concatenate(found)
 
+    def _ranks(self) -> tuple[int, ...]:
+        everyone, found, start = np.zeros(len(self.number), dtype=bool), set[int](), 0
+        everyone[contact_set_in_meshes(self.domain)] = True
+        for _, rows in self.blocks:
+            found |= set(self.rank[start : start + len(rows)][everyone[rows].any(axis=1)].tolist())
+            start += len(rows)
+        return tuple(sorted(found))
+
+    def common(self, body: int) -> np.ndarray:
+        """Return the nodes [k] of the mesh of a body of which all ranks of the contact have copies."""
+        plan = self.domain.bodies[body]
+        none = np.zeros(0, dtype=np.int64)
+        return plan.node_order[plan.contact.all_nodes] if self.copied and plan.contact is not None else none
+
     def part(self, own: int) -> ContactPart:
         """Return the contact nodes of one rank in the numbers of the meshes."""
         return contact_part(self.blocks, self.rank, self.nodes, own)
@@ -181,6 +222,11 @@ class ContactCut:
         """Return the contact of a body on one rank; None without any; part: what `part` returns for it."""
         starts, cells = self.domain.contact_start, self.cells_of(body)
         mine = cells[self.rank_of_cells[cells] == own]
+        if self.copied:
+            if own not in self.ranks or self.domain.bodies[body].contact is None:
+                return None
+            count = int(starts[body + 1] - starts[body])
+            return BodyShare(np.arange(count), np.full(count, own == self.ranks[0]), mine - cells[:1])
         if self.graph is not None:
             sources = ranges(self.graph.pair_start, mine)
             here = np.unique(self.graph.pair_nodes[sources])
@@ -237,7 +283,7 @@ def shared_contact(
     owned = np.concatenate([none.astype(bool), *(share.owned for _, share in here)])
     cells = np.concatenate([none, *(share.cells + cut.cells_of(body)[:1] for body, share in here)])
     coming = cut.number[np.concatenate([none, *(own for _, own in part.ghosts)])]
-    ghosts = np.setdiff1d(coming, nodes) if graph is not None else none
+    ghosts = np.setdiff1d(coming, nodes) if graph is not None and not cut.copied else none
     place = np.full(len(cut.nodes), -1, dtype=np.int64)
     place[nodes] = np.arange(len(nodes))
     place[ghosts] = len(nodes) + np.arange(len(ghosts))
@@ -247,9 +293,13 @@ def shared_contact(
 
     found, entries = None, none
     if graph is not None and len(nodes):
-        found, entries = graph_part(graph, nodes, owned, ghosts, cells)
+        found, entries = graph_part(graph, nodes, owned | cut.copied, ghosts, cells)
     bodies = [number for number, body in enumerate(domain.bodies) if body.contact is not None]
-    sent, received = _rows(cut, own, entries)
+    islands, ranks = tuple(bodies.index(body) for body, _ in here), tuple(cut.ranks_of(body) for body in bodies)
+    if domain.pairs:  # which join all bodies
+        islands, ranks = (0,) if here else (), (cut.ranks,)
+    single = graph is None or cut.copied  # nothing is handed over
+    sent, received = ((), ()) if single else _rows(cut, own, entries)
     row = np.full(len(cut.number), -1, dtype=np.int64)
     row[boundary] = np.arange(len(boundary))
     mine = cut.pairs[cut.server == own]
@@ -261,12 +311,12 @@ def shared_contact(
         ghosts,
         found,
         entries,
-        tuple(bodies.index(body) for body, _ in here),
-        tuple(cut.ranks_of(body) for body in bodies),
-        none.reshape(0, 2) if graph is None else _colours(graph, nodes, owned),
+        islands,
+        ranks,
+        none.reshape(0, 2) if graph is None or cut.copied else _colours(graph, nodes, owned),
         tuple((other, rows[rows < len(nodes)]) for other, rows in shared if (rows < len(nodes)).any()),
-        placed(part.sent) if graph is not None else (),
-        placed(part.ghosts) if graph is not None else (),
+        () if single else placed(part.sent),
+        () if single else placed(part.ghosts),
         sent,
         received,
         np.stack([place[cut.number[mine[:, 0]]], row[mine[:, 1]]], axis=1),
@@ -292,9 +342,10 @@ def _rows(cut: ContactCut, own: int, entries: np.ndarray) -> tuple[Lists, Lists]
     entries [e]: numbers of the entries of the rank in the whole graph; both in the order of these numbers, and without
     the diagonal, which all copies sum up.
     """
-    graph, none = cut.graph, ()
-    if graph is None or not len(entries):
-        return none, none
+    graph = cut.graph
+    assert graph is not None
+    if not len(entries):
+        return (), ()
     cell_of_pair = np.repeat(np.arange(len(graph.cells)), np.diff(graph.pair_start))
     sources = graph.entry_pairs
     entry = np.repeat(np.arange(len(graph.column)), np.diff(graph.entry_start))

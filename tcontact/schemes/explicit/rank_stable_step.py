@@ -50,7 +50,7 @@ class RankSteps(StableSteps):
         """Put -M^-1 f(u) of the displacement in `trial` into `answer`, with the forces of all ranks."""
         super()._accelerate()
         answer = self._raw[1].reshape(-1, 3)
-        answer[self._halo.rows] *= self._share
+        answer[self._halo.rows] = np.where(self._share > 0.0, answer[self._halo.rows] * self._share, 0.0)
         self._halo.add(answer)
 
     def _rate(self) -> float:

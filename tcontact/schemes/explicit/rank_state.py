@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import FunctionError
+from ...contact.copied_solve import CopiedSolve
 from ...contact.massless_contact import MasslessContactTerm
 from ...contact.shared_solve import ResidualShares, SharedSolve
 from ...device import arrays
@@ -95,8 +96,12 @@ class RankState(DomainState):
             if number in shared.islands:
                 teams.append(group)
         if isinstance(contact, MasslessContactTerm) and self.serial is not None and self.boundary_nodes is not None:
-            parts = domain, self.internal_force, self.boundary_nodes, contact, self.serial.sums
-            self.serial.copies = SharedSolve(team, *parts, shares, teams)
+            parts = team, domain, self.internal_force, self.boundary_nodes, contact, self.serial.sums, shares
+            if not domain.pairs:
+                self.serial.copies = SharedSolve(*parts, teams)
+            else:
+                others = [other for other in shared.ranks[0] if other != team.rank]
+                self.serial.copies = CopiedSolve(*parts, teams[0], others)
         return shares
 
     def _add(self, special_force: arrays.Array) -> None:
@@ -177,6 +182,9 @@ class RankState(DomainState):
     def rows(self, times: np.ndarray) -> np.ndarray:
         """Return the measured rows of the whole domain."""
         table = super().rows(times)
+        if self.part.domain.shared is not None and self.contact is not None and self.contact.pairs is not None:
+            place = self.layout.place["pair_rebuilds"]
+            table[:, place] *= float(self.part.domain.shared.owned.any())  # all ranks of the contact build the rows
         found = None if self.contact is None else self.contact.trouble
         all_rows = self.team.gathered(np.concatenate([table.ravel(), [float(found is not None)]]))
         self._trouble = None

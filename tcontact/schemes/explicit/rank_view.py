@@ -21,7 +21,7 @@ from ...results.smoothness import PressureRecord
 from ...scene.contact_models import MasslessContact
 from ...scene.friction_models import FrictionLayer
 from ...scene.obstacles import Obstacle
-from .body_view import BodyView, Stepped
+from .body_view import COVERED, BodyView, Stepped
 
 
 class Shared(Stepped, Protocol):
@@ -56,7 +56,8 @@ class RankView(BodyView):
         self._nodes = slice(int(whole.node_start[number]), int(whole.node_start[number + 1]))
         self._contact = slice(int(whole.contact_start[number]), int(whole.contact_start[number + 1]))
         there = state.part.there
-        self.own = state.own_views[there.index(number)] if number in there else None
+        has_cells = len(self.part.part.cells) > 0
+        self.own = state.own_views[there.index(number)] if number in there and has_cells else None
         self._shared = state.part.domain.shared is not None  # ranks share the contact
 
     @property
@@ -121,7 +122,14 @@ class RankView(BodyView):
     def contact_areas(self) -> np.ndarray:
         """Return the area [n] [m^2] that the contact force on every node acts on, in the user's numbering; else 0."""
         if self._shared:
-            return self.plan.contact_areas()
+            result, contact, own = self.plan.contact_areas(), self.plan.contact, self.state.contact
+            if contact is not None and self.state.part.whole.pairs:
+                pairs = None if own is None else own.pairs
+                covered = self._of_contact(np.zeros(0) if pairs is None else pairs.covered_areas())
+                there = covered > 0.0
+                nodes = self.plan.node_order[contact.nodes[there]]
+                result[nodes] = np.maximum(covered[there], COVERED * result[nodes])
+            return result
         return self._nodal(lambda own: own.contact_areas(), 0.0)
 
     def contact_node_force(self) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...cells.internal_force import InternalForce
+from ...contact.copied_solve import CopiedSolve
 from ...contact.layered_friction import LayeredFriction
 from ...contact.massless_contact import MasslessContactTerm
 from ...contact.pairs.pair_contact import PairContact
@@ -64,7 +65,7 @@ class SerialStep:
         self.names = launch_control
         self.force = force
         self.contact, self.loads, self.rigid = contact, loads, rigid
-        self.copies: SharedSolve | None = None  # where ranks share the contact
+        self.copies: SharedSolve | CopiedSolve | None = None  # where ranks share the contact
         self.counted = None if domain.counted is None else arrays.put(domain.counted)
         self.kinds = ContactOptions() if contact is None else contact.options
         self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
@@ -186,6 +187,8 @@ class SerialStep:
             control = self._go(control, u, v)
             control[names.WANTS_ROWS] = max(stale, control[names.WANTS_ROWS])
         if self.copies is not None and control[names.WANTS_MEASURE] == 1.0:
+            if control[names.WANTS_ROWS] == 1.0:
+                self.build_rows(u)
             self.copies.solve(u, v)
             return done
         while control[names.WANTS_ROWS] == 1.0 or control[names.WANTS_MEASURE] == 1.0:

@@ -87,7 +87,7 @@ class DomainState:
         self.driven = DrivenSupports(domain, self.supports) if self.supports is not None and domain.driven else None
         self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
         self.touching = self.contact is not None
-        self._rebuilds = 0
+        self._rebuilds = 0  # of rows of pairs so far
         self.frees = False  # whether obstacles move freely that something can touch
         if self.contact is not None and self.contact.kernel != "gaps":
             self.frees = bool(self.contact.obstacles.free)
@@ -117,6 +117,7 @@ class DomainState:
             several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
         several = several if self.device is None else self.device.rows_at_once
         self._raw = np.zeros((several, group_size(*self.groups)))
+        self._builds = np.zeros(several)  # times that rows of pairs were built, up to each of these rows
         self.own_views = [BodyView(self, number) for number in range(len(domain.bodies))]
         self.views = self.own_views
 
@@ -294,6 +295,8 @@ class DomainState:
                 self.exchange(force.special_force)
             raw = self._raw[number]
             self._take_row(raw, time + number * steps[1], steps)
+            if self.contact is not None and self.contact.pairs is not None:
+                self._builds[number] = self.contact.pairs.rebuilds
             if number + 1 < rows and not self._calm(raw, jacobian, energy, viscous_rate, touching, rigid_rate):
                 break
         self._measure(number + 1, steps)
@@ -347,6 +350,8 @@ class DomainState:
             place, before = self.layout.place["pair_rebuilds"], self._rebuilds
             self._rebuilds = self.contact.pairs.rebuilds  # at the end of the launch of these rows
             rows[:-1, place], rows[-1, place] = before, self._rebuilds
+            if not small and self.device is None:
+                rows[:, place] = self._builds[: len(rows), None]
             rows[:, self.layout.place["solver_products"]] = rows[:, self.layout.place["sweeps"]]
         if self.sensors is not None:
             self.sensors.put(rows, times)
