@@ -1,4 +1,4 @@
-"""Make structured meshes of boxes."""
+"""Make structured meshes of boxes, which make their arrays when these are read."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.validate import choice, vector, whole
+from .box_arrays import BoxMesh
 from .elements import ELEMENTS
-from .geometry import FloatArray, IntArray, Surface, face_keys, skin_of
+from .geometry import FloatArray
 from .mesh import Mesh
 
 NODE_LIMIT = 2**31 // 24  # 24 numbers per hex8 must count in 32 bits
@@ -25,7 +26,8 @@ def box_mesh(
     kinds other than "hex8" cut every hex alike, conforming and repeating from hex to hex, so that opposite faces match
     (`Element.in_box`: "tet4" is Freudenthal's division into six tetrahedra about one diagonal);
     origin: the corner with the lowest coordinates [m]. Node ids run along x first, then y, then z.
-    Face sets xmin xmax ymin ymax zmin zmax; end coordinates are exact.
+    Face sets xmin xmax ymin ymax zmin zmax; end coordinates are exact. The mesh keeps the coordinates along the axes
+    and makes nodes and cells when they are read: processes that share a run need not have all (docs/SCALING.md).
 
     Raises `InputError` for sizes that are not positive, counts that are no whole numbers of at least 1, NaN.
     """
@@ -35,14 +37,7 @@ def box_mesh(
         raise InputError("size", size, "give three positive edge lengths in metres")
     counts = _counts(cells)
     lines = [_line(corner[k], edges[k], counts[k]) for k in range(3)]
-    nodes = np.empty((counts[2] + 1, counts[1] + 1, counts[0] + 1, 3))
-    for axis in range(3):
-        nodes[..., axis] = lines[axis].reshape(-1, *[1] * axis)
-    corners = _cells(kind, counts)
-    skin, sides = _boundary(corners, kind, counts)
-    mesh = Mesh.trusted(nodes.reshape(-1, 3), corners, kind, {}, sides)
-    mesh.__dict__["_surface"] = skin
-    return mesh
+    return BoxMesh.of((lines[0], lines[1], lines[2]), kind)
 
 
 def _counts(cells: Any) -> list[int]:
@@ -67,35 +62,3 @@ def _line(start: float, length: float, count: int) -> FloatArray:
     if not (np.isfinite(line).all() and np.allclose(steps, 1.0, rtol=0.0, atol=1e-3) and 0.0 < volume < np.inf):
         raise InputError("size, origin", (length, start), "cells are lost in rounding; use metres near the origin")
     return line
-
-
-def _cells(kind: str, counts: list[int]) -> IntArray:
-    """Return the cells [m, corners], hexahedron after hexahedron, each cut alike."""
-    nx, ny, nz = counts
-    row, layer = nx + 1, (nx + 1) * (ny + 1)
-    first = np.arange(nx) + row * np.arange(ny)[:, None] + layer * np.arange(nz)[:, None, None]
-    bottom = np.array([0, 1, row + 1, row])
-    offsets = np.concatenate([bottom, bottom + layer])[np.array(ELEMENTS[kind].in_box)].reshape(-1)
-    cells = np.empty((first.size, len(offsets)), dtype=np.int64)
-    for place, offset in enumerate(offsets):
-        np.add(first.reshape(-1), offset, out=cells[:, place])
-    return cells.reshape(-1, ELEMENTS[kind].corners)
-
-
-def _boundary(cells: IntArray, kind: str, counts: list[int]) -> tuple[Surface, dict[str, IntArray]]:
-    """Return the surface, and its faces by side, outward."""
-    inner = np.zeros(counts[::-1], dtype=bool)  # hexahedra
-    inner[1:-1, 1:-1, 1:-1] = True
-    outer = cells.reshape(inner.size, -1)[~inner.reshape(-1)].reshape(-1, cells.shape[1])
-    table = ELEMENTS[kind].face_table
-    faces, shape = outer[:, table].reshape(-1, table.shape[1]), np.array(counts) + 1
-    place = faces[:, :, None] // np.cumprod([1, *shape[:2]]) % shape
-    at_side = np.concatenate([(place == 0).all(axis=1), (place == counts).all(axis=1)], axis=1)
-    on_side = at_side.any(axis=1)
-    faces, at_side = faces[on_side], at_side[on_side]
-    sides = {
-        letter + end: faces[at_side[:, axis + 3 * (end == "max")]]
-        for axis, letter in enumerate("xyz")
-        for end in ("min", "max")
-    }
-    return skin_of(faces, face_keys(faces, int(np.prod(shape))), faces[:0]), sides

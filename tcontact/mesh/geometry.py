@@ -205,7 +205,7 @@ def face_keys(faces: IntArray, node_count: int) -> KeyArray:
     before does not count. Two different faces share a key with probability 2^-64: about 1e-6 for any pair among
     ten million faces.
     """
-    marks = _node_marks(node_count)[faces]
+    marks = _node_marks(node_count)[faces] if faces.size > node_count else _marks(faces)
     marks[faces[:, -1] == faces[:, -2], -1] = 0
     return np.asarray(marks.sum(axis=1, dtype=np.uint64))
 
@@ -228,7 +228,12 @@ def in_face_table(faces: IntArray, kind: str) -> IntArray:
 
 def _node_marks(count: int) -> KeyArray:
     """Return a mixed 64-bit mark of each node id (splitmix64, Steele, Lea and Flood 2014)."""
-    mark = (np.arange(count, dtype=np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    return _marks(np.arange(count))
+
+
+def _marks(numbers: IntArray) -> KeyArray:
+    """Return the marks [..] of nodes of these numbers [..]."""
+    mark = (numbers.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
     mark = (mark ^ (mark >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     mark = (mark ^ (mark >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return mark ^ (mark >> np.uint64(31))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -65,7 +65,7 @@ class Mesh:
         kind, cells = blocks[0]
         if len(blocks) > 1:
             kind, cells = MIXED, checks.read_only(in_rows(blocks))
-        self.__dict__.update(_contents(nodes, cells, kind, node_sets, face_sets, cell_sets), _surface=skin)
+        self.__dict__.update(contents(nodes, cells, kind, node_sets, face_sets, cell_sets), _surface=skin)
 
     readers: ClassVar[
         Any
@@ -111,6 +111,11 @@ class Mesh:
         """Kinds of cells, each with the nodes [m, corners] of its cells, in the order of the cell numbers."""
         return ((self.kind, self.cells),) if self.kind != MIXED else out_of_rows(self.cells)
 
+    @property
+    def cell_counts(self) -> tuple[tuple[str, int], ...]:
+        """Kinds of cells with the number of cells of each, as `blocks` has them."""
+        return tuple((kind, len(cells)) for kind, cells in self.blocks)
+
     @cached_property
     def repeated(self) -> npt.NDArray[np.bool_] | None:
         """Places [m, corners] in `cells` that repeat a corner; None for cells of one kind, which repeat none."""
@@ -144,10 +149,31 @@ class Mesh:
         low, high = self.bounds
         return float((high - low).max())
 
+    @property
+    def keeps_shape(self) -> bool:
+        """Return whether rounding of its coordinates cannot have damaged its cells, where they are larger than that."""
+        reach = max(float(np.abs(bound).max()) for bound in self.bounds)
+        return bool(np.isfinite(reach) and reach <= 1e6 * self.size and 1e-60 < self.size < 1e60)
+
     @cached_property
     def shortest_edge(self) -> float:
         """The length of the shortest edge of its cells [m]."""
         return min(shortest_edge(self.nodes, cells) for _, cells in self.blocks)
+
+    def nodes_at(self, numbers: IntArray) -> FloatArray:
+        """Return the coordinates [.., 3] [m] of nodes of these numbers [..]."""
+        return np.asarray(self.nodes[numbers])
+
+    def portions(self, name: str) -> Iterator[npt.NDArray[Any]]:
+        """Yield the rows of "nodes" or "cells" in portions, as they are best read one after the other."""
+        yield getattr(self, name)
+
+    def has_cells_of(self, other: Mesh) -> bool:
+        """Return whether another mesh has the same cells, with the same nodes."""
+        return self is other or np.array_equal(self.cells, other.cells)
+
+    def release(self) -> None:
+        """Forget arrays that can be made again; here there are none."""
 
     def cell_centres(self) -> FloatArray:
         """Return the mean of the corners of each cell [m, 3] [m]."""
@@ -188,10 +214,15 @@ class Mesh:
         """Return the mesh with sets added or replaced; raises `InputError` as the constructor does."""
         new_nodes = checks.checked_node_sets({} if node_sets is None else node_sets, self.node_count)
         faces = {} if face_sets is None else face_sets
-        new_faces = checks.checked_face_sets(faces, self.blocks, self.node_count, self._surface)
+        blocks = () if faces == {} else self.blocks
+        new_faces = checks.checked_face_sets(faces, blocks, self.node_count, self._surface)
         new_cells = checks.checked_cell_sets({} if cell_sets is None else cell_sets, self.cell_count)
         merged = {**self.node_sets, **new_nodes}, {**self.face_sets, **new_faces}, {**self.cell_sets, **new_cells}
-        mesh = self.trusted(self.nodes, self.cells, self.kind, *merged)
+        return self._with(*merged)
+
+    def _with(self, node_sets: Any, face_sets: Any, cell_sets: Any) -> Mesh:
+        """Return the mesh with these checked sets."""
+        mesh = Mesh.trusted(self.nodes, self.cells, self.kind, node_sets, face_sets, cell_sets)
         mesh.__dict__["_surface"] = self._surface
         return mesh
 
@@ -224,7 +255,7 @@ class Mesh:
 
     def __repr__(self) -> str:
         names = ", ".join(dict.fromkeys([*self.face_sets, *self.node_sets, *self.cell_sets])) or "none"
-        cells = " + ".join(f"{len(cells)} {kind}" for kind, cells in self.blocks)
+        cells = " + ".join(f"{count} {kind}" for kind, count in self.cell_counts)
         return f"Mesh({cells} cells, {self.node_count} nodes, sets: {names})"
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -246,7 +277,7 @@ class Mesh:
         for array in (nodes, cells, *node_sets.values(), *face_sets.values(), *regions.values()):
             checks.read_only(array)
         mesh = object.__new__(cls)
-        mesh.__dict__.update(_contents(nodes, cells, kind, node_sets, face_sets, regions))
+        mesh.__dict__.update(contents(nodes, cells, kind, node_sets, face_sets, regions))
         return mesh
 
     @cached_property
@@ -290,10 +321,9 @@ class Mesh:
 
     def _moved(self, name: str, value: Any, nodes: FloatArray) -> Mesh:
         """Return the cells at new positions; shapes are checked again only if rounding can have damaged them."""
-        mesh = self.trusted(nodes, self.cells, self.kind, self.node_sets, self.face_sets, self.cell_sets)
+        mesh = Mesh.trusted(nodes, self.cells, self.kind, self.node_sets, self.face_sets, self.cell_sets)
         mesh.__dict__["_surface"] = self._surface
-        reach = max(float(np.abs(bound).max()) for bound in mesh.bounds)
-        if not (np.isfinite(reach) and reach <= 1e6 * mesh.size and 1e-60 < mesh.size < 1e60):
+        if not mesh.keeps_shape:
             try:
                 checks.check_shapes(checks.checked_nodes(nodes), self.blocks)
             except InputError as error:
@@ -301,7 +331,7 @@ class Mesh:
         return mesh
 
 
-def _contents(
+def contents(
     nodes: FloatArray,
     cells: IntArray,
     kind: str,
@@ -309,6 +339,7 @@ def _contents(
     face_sets: Mapping[str, IntArray],
     cell_sets: Mapping[str, IntArray],
 ) -> dict[str, Any]:
+    """Return what a mesh keeps of its arrays and sets, by name."""
     sets = {"node_sets": node_sets, "face_sets": face_sets, "cell_sets": cell_sets}
     sets = {name: MappingProxyType(dict(given)) for name, given in sets.items()}
     return {"nodes": nodes, "cells": cells, "kind": kind, **sets}

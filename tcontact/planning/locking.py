@@ -15,7 +15,7 @@ from ..scene.cell_blocks import AVERAGED, ROUNDING, BodyBlock
 
 def locking(body: Body, label: str) -> str | None:
     """Return a warning if the cells of a body lock, else None; the Poisson's ratio is that at small strains."""
-    alone = len(body.mesh.blocks) == 1
+    alone = len(body.mesh.cell_counts) == 1
     texts = [text for block in body.blocks if (text := _locking(block, label, alone)) is not None]
     return "; ".join(texts) if texts else None
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError, hint
+from ..mesh.elements import ELEMENTS
 from ..scene.friction_models import FrictionLayer
 from ..scene.scene import Scene
 
@@ -58,7 +59,7 @@ def chosen(scene: Scene, fields: Any) -> tuple[str, ...]:
 def size(scene: Scene, frames: int, fields: Sequence[str] | None = None) -> int:
     """Return the bytes of result.vtkhdf with this many frames and a history of up to 4096 rows."""
     nodes, cells = _counts(scene)
-    corners = sum(cells.size for body in scene.bodies for _, cells in body.mesh.blocks)
+    corners = sum(ELEMENTS[kind].corners * count for body in scene.bodies for kind, count in body.mesh.cell_counts)
     mesh = 24 * nodes + 8 * corners + 9 * cells + (8 * cells if len(scene.bodies) > 1 else 0)
     return FIXED + mesh + frames * frame_size(scene, chosen(scene, fields))
 

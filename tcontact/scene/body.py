@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -302,9 +302,34 @@ class Body:
     @property
     def initial_nodes(self) -> np.ndarray:
         """Positions of the nodes at the start [n, 3] [m]."""
-        if self.displacement is None and not self.supports:
-            return np.asarray(self.mesh.nodes)
-        return np.asarray(self.mesh.nodes + self.initial_displacement)
+        return np.asarray(self.mesh.nodes + self.initial_displacement if self.starts_displaced else self.mesh.nodes)
+
+    @property
+    def starts_displaced(self) -> bool:
+        """Return whether nodes may start elsewhere than in the mesh."""
+        return self.displacement is not None or bool(self.supports)
+
+    def initial_at(self, numbers: np.ndarray) -> np.ndarray:
+        """Return the positions [.., 3] [m] at the start of nodes of these numbers [..]."""
+        places = self.mesh.nodes_at(numbers)
+        return np.asarray(places + self.initial_displacement[numbers] if self.starts_displaced else places)
+
+    def initial_portions(self) -> Iterator[np.ndarray]:
+        """Yield `initial_nodes` in portions, of which a mesh that makes its nodes when they are read keeps none."""
+        first = 0
+        for places in self.mesh.portions("nodes"):
+            last = first + len(places)
+            yield places + self.initial_displacement[first:last] if self.starts_displaced else places
+            first = last
+
+    @property
+    def initial_bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corner [3] [m] of the box of the nodes at the start."""
+        if not self.starts_displaced:
+            return self.mesh.bounds
+        boxes = [(places.min(axis=0), places.max(axis=0)) for places in self.initial_portions()]
+        low, high = zip(*boxes, strict=True)
+        return np.min(low, axis=0), np.max(high, axis=0)
 
     def _nodal(self, field: str, given: Nodal) -> np.ndarray:
         """Return a vector, an array or the values of a callable as an array [n, 3]; a vector as a read-only view."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,15 +25,29 @@ class BodyBlock:
     """The cells of a body with one element and one material.
 
     kind: of its cells; formulation: theirs; numbers [m]: of its cells in the mesh, ascending, or the slice of these;
-    cells [m, corners]: their nodes; region: name of their cell set, None if the body has one material.
+    region: name of their cell set, None if the body has one material.
     """
 
     kind: str
     formulation: str
     material: Material
     numbers: np.ndarray | slice
-    cells: np.ndarray
+    mesh: Mesh
     region: str | None = None
+
+    @property
+    def cells(self) -> np.ndarray:
+        """The nodes [m, corners] of its cells."""
+        return self._region if self.region is not None else dict(self.mesh.blocks)[self.kind]
+
+    @cached_property
+    def _region(self) -> np.ndarray:
+        first = 0
+        for kind, rows in self.mesh.blocks:
+            if kind == self.kind:
+                break
+            first += len(rows)
+        return np.asarray(rows[self.numbers - first])  # type: ignore[operator]
 
     @property
     def facts(self) -> Element:
@@ -84,7 +99,7 @@ def suited_formulation(mesh: Mesh, material: Any) -> str | None:
     Full integration locks in plastic flow, that of tetrahedra above poisson 0.4 too.
     """
     given = [*material.values()] if isinstance(material, Mapping) else [material]
-    kinds = [ELEMENTS[kind] for kind, _ in mesh.blocks]
+    kinds = [ELEMENTS[kind] for kind, _ in mesh.cell_counts]
     if len(kinds) == 1 and AVERAGED in kinds[0].formulations:
         names = {_averaged_or_full(kinds[0], one) for one in given}
         return names.pop() if len(names) == 1 else None
@@ -105,25 +120,23 @@ def blocks_of(mesh: Mesh, material: Any, formulation: Any) -> tuple[BodyBlock, .
     formulation: None for what suits each material of tetrahedra. Raises `InputError` for a formulation that no kind of
     the mesh has, or that a law does not have.
     """
-    kinds = [ELEMENTS[kind] for kind, _ in mesh.blocks]
+    kinds = [ELEMENTS[kind] for kind, _ in mesh.cell_counts]
     if formulation is not None:
         _check_formulation(formulation, kinds)
     regions = material.items() if isinstance(material, Mapping) else [(None, material)]
     found, first = [], 0
-    for kind, cells in mesh.blocks:
+    for kind, count in mesh.cell_counts:
         for region, one in regions:
-            numbers: np.ndarray | slice = slice(first, first + len(cells))
-            rows = cells
+            numbers: np.ndarray | slice = slice(first, first + count)
             if region is not None:
                 inside = mesh.cell_sets[region]
-                numbers = inside[(inside >= first) & (inside < first + len(cells))]
-                rows = cells[numbers - first]
+                numbers = inside[(inside >= first) & (inside < first + count)]
             own = formulation if formulation in ELEMENTS[kind].formulations else "full"
             if formulation is None:
                 own = _averaged_or_full(ELEMENTS[kind], one)
-            if len(rows):
-                found.append(BodyBlock(kind, own, one, numbers, rows, region))
-        first += len(cells)
+            if isinstance(numbers, slice) or len(numbers):
+                found.append(BodyBlock(kind, own, one, numbers, mesh, region))
+        first += count
     for block in found:
         if block.formulation in ("mean-dilatation", AVERAGED) and not block.material.volumetric:
             raise InputError(

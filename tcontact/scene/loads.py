@@ -130,7 +130,7 @@ class Load:
         elif repeated_faces(images, mesh, self.faces(mesh)).any() if images is not None else not len(self.faces(mesh)):
             raise InputError("Load.set", self.set, "it has faces on periodic sides, which are no surface")
         if self.own:
-            self.own_force(mesh.nodes[nodes], velocity[nodes], 0.0)
+            self.own_force(mesh.nodes_at(nodes), velocity[nodes], 0.0)
         else:
             self.function(mesh).at(np.zeros(1))
 
@@ -141,7 +141,7 @@ class Load:
             return TimeFunction(field, self.value, components)
         first, second = self._parameters
         swapped = first in PLACES or second in TIMES
-        return PlaceFunction(field, self.value, mesh.nodes[self.faces(mesh)], components, swapped)
+        return PlaceFunction(field, self.value, mesh.nodes_at(self.faces(mesh)), components, swapped)
 
     def own_force(self, positions: np.ndarray, velocities: np.ndarray, time: float) -> np.ndarray:
         """Call an own force; returns [k, 3] [N]. Raises `FunctionError`."""
@@ -163,7 +163,7 @@ class Load:
             changed: dict[str, Any] = {self.kind: lambda t: checksum(function.at(np.array([t])))}
             return replace(self, **changed)
         if self.own:
-            nodes = mesh.nodes[self.nodes(mesh)]
+            nodes = mesh.nodes_at(self.nodes(mesh))
             return replace(self, force=lambda t: checksum(self.own_force(nodes, np.zeros_like(nodes), t)))
         return self
 

@@ -240,7 +240,7 @@ def mean_area(body: Body) -> float:
     """Return the mean area [m^2] of the contact faces of a body, to 6 digits; 0 without any."""
     if not body.touches:
         return 0.0
-    return float(f"{np.linalg.norm(area_vectors(body.initial_nodes[body.contact_faces]), axis=1).mean():.6g}")
+    return float(f"{np.linalg.norm(area_vectors(body.initial_at(body.contact_faces)), axis=1).mean():.6g}")
 
 
 def may_meet(scene: Any, first: int, second: int) -> bool:
@@ -264,5 +264,5 @@ def meeting_faces(scene: Any, first: int, second: int, outer: bool = False) -> n
     fall = scene.largest_gravity * scene.duration
     fall += sum(speed_by_loads(body, scene.duration) for body in (one, other))
     slack = sum(body.mesh.shortest_edge for body in (one, other))
-    corners = [body.initial_nodes[part] for body, part in zip((one, other), faces, strict=True)]
+    corners = [body.initial_at(part) for body, part in zip((one, other), faces, strict=True)]
     return facing_faces(corners[0], corners[1], SLACK * (speed + fall) * scene.duration, slack)

@@ -53,7 +53,7 @@ def with_reached_faces(
 
 
 def _meets(body: Body, faces: np.ndarray, obstacle: Obstacle, duration: float, gravity: float) -> np.ndarray:
-    corners = body.initial_nodes[faces]
+    corners = body.initial_at(faces)
     centre = corners.mean(axis=1)
     radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
     across = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
@@ -61,7 +61,8 @@ def _meets(body: Body, faces: np.ndarray, obstacle: Obstacle, duration: float, g
     facing = np.einsum("ni,ni->n", outward, obstacle.normal_at(centre)) < FACING
     speed = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + body.driven_speed(duration)
     fall = gravity * duration + speed_by_loads(body, duration)
-    way = SLACK * (speed + fall + _speed(obstacle, body.initial_nodes, duration)) * duration
+    positions = body.initial_nodes if obstacle.moves else np.zeros((0, 3))
+    way = SLACK * (speed + fall + _speed(obstacle, positions, duration)) * duration
     shift = float(np.linalg.norm(body.initial_displacement, axis=1).max())
     close = obstacle.gap(centre) - radius <= way + shift + body.mesh.shortest_edge
     return np.asarray(facing & close)
@@ -106,7 +107,7 @@ def speed_by_loads(body: Body, duration: float) -> float:
 
 def within_reach(body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: float) -> list[int]:
     """Return the numbers of the obstacles that the contact nodes may meet; all numbers if there is none."""
-    nodes = body.initial_nodes[body.contact_nodes]
+    nodes = body.initial_at(body.contact_nodes)
     edge = body.mesh.shortest_edge
     moved = body.initial_displacement - body.initial_displacement.mean(axis=0)
     freed = body.wave_speed * float(np.linalg.norm(moved, axis=1).max()) / edge

@@ -216,7 +216,7 @@ class Scene:
         # a body in equilibrium with a penalty is displaced into the obstacle, though by less than a cell
         allowed = (1.0 if gives_way and body.displacement is not None else 1e-6) * edge
         for number, obstacle in enumerate(self.obstacles):
-            gap = obstacle.gap(body.initial_nodes)
+            gap = np.concatenate([obstacle.gap(places) for places in body.initial_portions()])
             node = int(np.argmin(gap))
             if gap[node] < -allowed:
                 raise InputError(
@@ -227,7 +227,7 @@ class Scene:
                 )
 
     def _check_bodies_apart(self) -> None:
-        boxes = [(body.initial_nodes.min(axis=0), body.initial_nodes.max(axis=0)) for body in self.bodies]
+        boxes = [body.initial_bounds for body in self.bodies]
         paired = {frozenset((pair.first, pair.second)) for pair in self.body_pairs}
         for first in range(len(boxes)):
             for second in range(first + 1, len(boxes)):

@@ -159,7 +159,7 @@ def with_spring_speeds(bodies: Sequence[Any], springs: Sequence[SceneSpring]) ->
 def _end(scene: Any, index: int, name: str) -> End:
     body = scene.bodies[index]
     nodes = body.mesh.nodes_of(name)
-    return End(index, nodes, body.mesh.nodes[nodes].mean(axis=0), body.initial_nodes[nodes].mean(axis=0))
+    return End(index, nodes, body.mesh.nodes_at(nodes).mean(axis=0), body.initial_at(nodes).mean(axis=0))
 
 
 def _check_set(field: str, name: Any) -> None:

@@ -9,13 +9,14 @@ the run are compared besides (`obstacles.call_record`).
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 import numpy as np
 
 from ...base.errors import InputError
+from ...mesh.mesh import Mesh
 from ...scene.body import Body
 from ...scene.loads import COMPONENTS, Load
 from ...scene.obstacles import Obstacle, Sdf
@@ -25,6 +26,8 @@ from ...scene.scene import Scene
 from ...scene.supports import Support
 
 SHORT = 12  # longest array that is written out
+AT_ONCE = 1 << 22  # bytes of an array that are read at once
+IN_PORTIONS = ("nodes", "cells")  # arrays of a mesh
 SAMPLES = 4096  # values of a function of time
 # objects with fields that may be functions of time, and these fields
 FUNCTIONS_OF_TIME = (Obstacle, RigidPart, Support, Load)
@@ -62,6 +65,9 @@ def compare(stored: Mapping[str, str], present: Mapping[str, str]) -> None:
 
 def _properties(thing: Any, place: str, times: np.ndarray) -> dict[str, Any]:
     """Return the fields of a dataclass, functions by their values."""
+    if isinstance(thing, Mesh):
+        own = {field.name: getattr(thing, field.name) for field in fields(thing) if field.name not in IN_PORTIONS}
+        return {name: Portions(thing, name) for name in IN_PORTIONS} | own
     found = {field.name: getattr(thing, field.name) for field in fields(thing)}
     if isinstance(thing, Body):
         found |= {"velocity": thing.initial_velocity, "displacement": thing.initial_displacement}
@@ -99,21 +105,43 @@ def _samples(function: Callable[[float], Any], name: str, times: np.ndarray) -> 
     return np.concatenate(rows)
 
 
+@dataclass(frozen=True)
+class Portions:
+    """An array of a mesh by its name, read in portions, so that it need not be there as a whole."""
+
+    mesh: Mesh
+    name: str
+
+
+def _text(portions: Iterable[np.ndarray], shape: tuple[int, ...] | None) -> str:
+    """Return the text of an array, given in portions of its rows; shape: of the array, None: from the portions."""
+    total, rows, short = hashlib.sha256(), 0, list[np.ndarray]()
+    for portion in portions:
+        part = np.ascontiguousarray(portion)
+        total.update(part.data)
+        rows += len(part)
+        if sum(one.size for one in short) <= SHORT:
+            short.append(part)
+    shape = (rows, *part.shape[1:]) if shape is None else shape
+    if np.prod(shape) <= SHORT:
+        return str(np.concatenate(short).reshape(shape).tolist())
+    return f"{part.dtype.name} {shape} {total.hexdigest()[:16]}"
+
+
 def _add(found: dict[str, str], name: str, value: Any, times: np.ndarray) -> None:
     """Add the text of a value to `found`, of a compound value by parts."""
     if isinstance(value, Mapping):
         for key, item in value.items():
             _add(found, f"{name}.{key}", item, times)
+    elif isinstance(value, Portions):
+        found[name] = _text(value.mesh.portions(value.name), None)
     elif is_dataclass(value) and not isinstance(value, type):
-        found[name] = type(value).__name__
+        found[name] = Mesh.__name__ if isinstance(value, Mesh) else type(value).__name__  # a box is a mesh
         for key, item in _properties(value, name, times).items():
             _add(found, f"{name}.{key}", item, times)
     elif isinstance(value, np.ndarray):
-        array = np.ascontiguousarray(value)
-        if array.size <= SHORT:
-            found[name] = str(array.tolist())
-        else:
-            found[name] = f"{array.dtype.name} {array.shape} {hashlib.sha256(array.tobytes()).hexdigest()[:16]}"
+        portions = np.array_split(value, max(1, value.nbytes // AT_ONCE)) if value.ndim else [value]
+        found[name] = _text(portions, value.shape or (1,))
     elif isinstance(value, (list, tuple)):
         if all(isinstance(item, (bool, int, float, str, np.generic)) for item in value):
             found[name] = str([item.item() if isinstance(item, np.generic) else item for item in value])
