@@ -331,7 +331,7 @@ class Domain:
         result[contact.nodes] = np.einsum("kic,kjc->kij", contact.basis, contact.basis)
         return result if self.images is None else result[self.images.master]
 
-    @property
+    @cached_property
     def small(self) -> bool:
         """Return whether one thread takes its steps, many in a launch."""
         return self._share([block.count for block in self.blocks]) <= 1.0

@@ -57,7 +57,8 @@ class Layout:
         self.empty = np.array([[column.absent for column in self.measured for _ in range(column.size)]])
         gaps = [column.name for column in self.measured if column.absent == INFINITE]
         self.gaps = self.numbers(gaps)
-        self.summed = [self.place[column.name] for column in self.measured if column.combine in ("sum", "first")]
+        summed = [column.name for column in self.measured if column.combine in ("sum", "first")]
+        self.summed = self.numbers(summed)
 
     def _named(self, columns: list[Column]) -> Iterator[Column]:
         """Yield the columns; those of an obstacle, rigid body or pair come together, once for each of them."""

@@ -59,7 +59,7 @@ class Guards:
 
             advice = LAWS[law].refusal or self._against_inversion()
             return Stop("inverted-cell", f"{where} {time}; {advice}")
-        finite = all(np.isfinite(row[place]).all() for place in layout.summed)
+        finite = bool(np.isfinite(row[layout.summed]).all())
         energy = layout.stored(row)
         if not finite or energy > GROWTH * history.budget() + self.floor:
             what = (
