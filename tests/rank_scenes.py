@@ -177,9 +177,10 @@ def halves():
 
 
 def walls():
-    """Ranks share a contact that reaches every cell: full removal and friction in a corner."""
+    """Ranks share a contact that reaches every cell: full removal and friction in a corner, nodes that supports hold."""
     planes = [tc.Plane(), tc.Plane((-1e-4, 0.0, 0.0), (1.0, 0.0, 0.0))]
-    body = block(contact=("zmin", "xmin"), counts=(2, 5, 4), velocity=(-5.0, 2.0, -8.0))
+    held = [tc.Support("ymin", "xyz"), tc.Support("ymax", "x")]
+    body = block(contact=("zmin", "xmin"), counts=(2, 5, 4), velocity=(-5.0, 2.0, -8.0), supports=held)
     contact = tc.MasslessContact(removal="full", tolerance=EXACT)
     return tc.Scene([body], planes, 1.2e-3, contact=contact, friction=tc.Coulomb(0.3), gravity=(0.0, 0.0, -9.81))
 
@@ -250,6 +251,10 @@ CONTACT_RANKS = {
     "walls": 2,
     "springy": 3,
     "loose": 2,
+    "pressed": 2,
+    "knocked": 3,
+    "crossed": 2,
+    "squeezed": 2,
 }  # of the others: as many as the model of the work says
 APART = ("crossed",)  # each body on a rank of its own
 PRESSURES = ("normal", "pushed", "pair", "walls", "crossed")  # their runs keep pressures, and so do one row at a time

@@ -51,6 +51,11 @@ class ContactPlan:
     viscosity: float = 0.0
 
 
+def held_nodes(contact: ContactPlan) -> np.ndarray:
+    """Return the nodes of a contact set, ascending, that are no contact nodes, as supports hold them."""
+    return np.setdiff1d(contact.all_nodes, contact.nodes)
+
+
 @dataclass(frozen=True, eq=False)
 class PlanBlock:
     """Cells of a body with one element and one material.

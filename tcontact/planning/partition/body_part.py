@@ -22,7 +22,7 @@ from ...scene.body import Body
 from ...scene.cell_blocks import blocks_of
 from ...scene.periodic import Images
 from ..applied_loads import loaded_nodes
-from ..body_plan import BodyPlan, ContactPlan
+from ..body_plan import BodyPlan, ContactPlan, held_nodes
 from ..lumped_mass import NodeMasses
 from ..packing import inverse, lanes_apart, renumbered
 from .graph_part import graph_part
@@ -55,12 +55,14 @@ def acting_nodes(plan: BodyPlan, tied: np.ndarray, touching: bool = True) -> np.
 
     Something acts on them beside the cells, constant gravity and supports that no function of time drives.
     tied: nodes of the mesh that springs of the scene connect; touching: contact is part of it, and so are the nodes
-    that have the mass of contact nodes.
+    that have the mass of contact nodes; else only those of the contact set that supports hold, whose gaps it measures.
     """
     body, inside = plan.body, np.zeros(len(plan.reference), dtype=bool)
     rows = np.setdiff1d(np.arange(len(plan.boundary)), _plainly_held(plan))
     if not touching:
         rows = np.unique(plan.support_rows[plan.driven >= 0])
+        if plan.contact is not None and plan.contact.graph is not None:
+            inside[held_nodes(plan.contact)] = True
     inside[plan.boundary[rows]] = True
     if touching and plan.contact is not None:
         inside[plan.contact.all_nodes] = True

@@ -27,7 +27,7 @@ from ...scene.contact_models import MasslessContact
 from ...scene.friction_models import Coulomb, RegularizedCoulomb
 from ...scene.scene import Scene
 from ..applied_loads import loaded_nodes
-from ..body_plan import BodyPlan, ContactPlan
+from ..body_plan import BodyPlan, held_nodes
 from ..contact_graph import ContactGraph
 from ..domain import Domain
 from ..static_solver import projected
@@ -57,8 +57,7 @@ def hindrance(scene: Scene, domain: Domain) -> str:
 
 def _hindrance_of_solve(scene: Scene, domain: Domain) -> str:
     """Return what keeps the static solve of a domain on one rank, or ""."""
-    held = any(body.contact is not None and _is_held(body.contact) for body in domain.bodies)
-    if held and not is_copied(domain):
+    if any(_holds_together(body) for body in domain.bodies) and not is_copied(domain):
         return "contact nodes that supports hold"
     if domain.viscous_cells:
         return "viscous contact cells"
@@ -83,9 +82,17 @@ def _is_loaded(plan: BodyPlan) -> bool:
     return bool(np.isin(plan.node_order[plan.contact.all_nodes], acting).any())
 
 
-def _is_held(contact: ContactPlan) -> bool:
-    """Return whether some nodes of a contact set have no place in the static solve."""
-    return contact.graph is None or len(contact.nodes) < len(contact.all_nodes)
+def _holds_together(plan: BodyPlan) -> bool:
+    """Return whether supports hold contact nodes of a body so that its static solve stays on one rank.
+
+    Held nodes are on the first rank (`body_part.acting_nodes`), which must have contact cells there.
+    """
+    if plan.contact is None:
+        return False
+    if plan.contact.graph is None or not len(plan.contact.nodes):
+        return True
+    held = held_nodes(plan.contact)
+    return bool(len(held)) and not np.isin(plan.cells[plan.contact.graph.cells], held).any()
 
 
 def mesh_starts(domain: Domain) -> np.ndarray:
