@@ -28,14 +28,14 @@ def error(result, other):
 
 pair = world.Split(min(own // 2, 1))
 options = {"out": f"{folder}/shared", "frames": 2} if own < 2 else {}
-shared = tc.simulate(normal(), scheme, comm=pair, **options)
+shared = tc.simulate(normal(), scheme, comm=pair, **options).on_all_ranks(pair)
 alone = world.bcast((shared.position, shared.history["contact_force"]), root=2)
 
 scene = tc.Scene([block(counts=(2, 2, 2), velocity=(0.0, 0.0, own + 1.0))], duration=1e-3)
 mine = tc.simulate(scene, scheme, out=f"{folder}/own-{own}", frames=2, comm=MPI.COMM_SELF)
 speeds = world.gather(float(mine.velocity[:, 2].mean()))
 
-together = tc.simulate(normal(), scheme)
+together = tc.simulate(normal(), scheme).on_all_ranks()
 errors = world.gather(max(error(shared, alone), error(together, alone)))
 threads = world.gather(runtime.threads())
 said = ""

@@ -18,6 +18,7 @@ from tcontact.run import rank_run
 from tcontact.schemes.explicit.rank_state import RankState
 
 AGAIN = ("layered", "metal")
+MOTION = ("x", "v", "force")
 
 
 STATES = []  # of the ranks of the run, in their order
@@ -50,6 +51,15 @@ def unequal_copies():
     return wrong, contact
 
 
+def end_of(result):
+    """Return the values of nodes and cells at the end of a run, which the first rank has."""
+    if not ranks.is_first_rank():
+        return {}
+    values = dict(zip(MOTION, (result.position, result.velocity, result.contact_node_force), strict=True))
+    states = [block for body in result.points for block in body]
+    return values | result.metals | {f"points {i}": state for i, state in enumerate(states)}
+
+
 def main(folder, names):
     """Save motion, forces, state of the metal, history and step of every scene; frames and fields in a folder each."""
     warnings.simplefilter("ignore")
@@ -61,18 +71,16 @@ def main(folder, names):
         options["contact_ranks"] = CONTACT_RANKS.get(name)
         rank_run.cut_domain = by_bodies if name in APART else cut_domain
         result = tc.simulate(SCENES[name](), frames=3, fields="all", out=out, threads=1, **options)
-        values = {"x": result.position, "v": result.velocity, "force": result.contact_node_force} | result.metals
+        values = end_of(result)
         values |= {f"history {name}": column for name, column in result.history.items()}
         values |= {f"pressure {i}": record.pressure for i, record in enumerate(result.contact_pressures)}
-        states = [block for body in result.points for block in body]
-        values |= {f"points {i}": state for i, state in enumerate(states)}
         values |= {"limit": np.array(result.dt_limit), "dt": np.array(result.dt), "steps": np.array(result.steps)}
         copies, contact = unequal_copies()
         told = {"copies": np.array(copies), "touching": np.array(contact)}
         told["messages"] = np.array(Exchange.all_messages - before)
         if name in AGAIN:
             again = tc.simulate(SCENES[name](), initial=result, threads=1)
-            values |= {"x again": again.position, "v again": again.velocity, "force again": again.contact_node_force}
+            values |= {f"{quantity} again": value for quantity, value in end_of(again).items() if quantity in MOTION}
         for quantity, one in result.maxima.items():
             values[f"maximum {quantity}"] = np.array([one.value, one.time, one.cell])
         if ranks.is_first_rank():

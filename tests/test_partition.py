@@ -8,8 +8,10 @@ import tcontact as tc
 from tcontact.base.errors import InputError
 from tcontact.planning.contact_graph import contact_graph, residual_receivers
 from tcontact.planning.lumped_mass import corner_masses
+from tcontact.planning.partition import cell_graph
+from tcontact.planning.partition.cell_graph import CellGraph
 from tcontact.planning.partition.contact_parts import contact_part, receiver_ranks
-from tcontact.planning.partition.cut import EXTRA_WORK, CellGraph, contact_ranks, cut_cells
+from tcontact.planning.partition.cut import EXTRA_WORK, contact_ranks, cut_cells
 from tcontact.planning.partition.parts import parts_of
 
 pytest.importorskip("pymetis", reason="METIS cuts the meshes: pip install pymetis")
@@ -216,3 +218,19 @@ def test_patches_have_equal_contact_work_and_the_first_rank_what_belongs_togethe
     assert own.max() <= 1.05 * own[own > 0].mean() + 2
     work = np.bincount(rank, minlength=4) + extra * own
     assert work.max() <= 1.1 * work.mean()
+
+
+def test_the_graph_of_a_box_is_that_of_its_faces(monkeypatch):
+    """Whole, and of some cells; in portions of a few cells, as large meshes are done."""
+    monkeypatch.setattr(cell_graph, "AT_ONCE", 7)
+    for counts in ((4, 3, 5), (1, 1, 6), (1, 1, 1)):
+        mesh = tc.box_mesh((1.0, 1.0, 1.0), counts)
+        found, known = CellGraph.of_meshes([mesh]), CellGraph.of(mesh.blocks, mesh.node_count)
+        chosen = np.flatnonzero(np.random.default_rng(3).random(mesh.cell_count) < 0.6)
+        for one, other in ((found, known), (found.within(chosen), known.within(chosen))):
+            assert np.array_equal(one.start, other.start)
+            assert np.array_equal(one.near, other.near)
+        inside = found.within(chosen)
+        for place, cell in enumerate(chosen):
+            near = [np.searchsorted(chosen, one) for one in found.near_of(np.array([cell])) if one in chosen]
+            assert inside.near_of(np.array([place])).tolist() == near

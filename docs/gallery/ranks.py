@@ -17,7 +17,7 @@ contact = tc.MasslessContact(tolerance=1e-8)
 scene = tc.Scene([fender], [pier], duration=0.02, contact=contact, friction=tc.Coulomb(0.3))
 
 result = tc.simulate(scene, out="runs/ranks", frames=40)
-if tc.is_first_rank():  # all processes have the same result
+if tc.is_first_rank():  # all processes have the history, and one prints
     force = result.history["contact_force"][:, 2]
     print(f"{fender.mesh.cell_count} cells, {result.steps} steps of {1e6 * result.dt:.1f} us")
     print(f"largest force on the pier {force.max():.8f} N")

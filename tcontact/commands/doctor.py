@@ -111,12 +111,17 @@ def compile_cases(names: Sequence[str]) -> None:
 
 
 def self_test() -> int:
-    """Run a bar of 20 cells against its exact solution; print its checks and return the exit code."""
+    """Run a bar of 20 cells against its exact solution; print its checks and return the exit code.
+
+    Of several ranks the first one has the end of the bar and checks it.
+    """
     import tcontact as tc
     from tcontact.cases import bar_impact
 
     begin = time.perf_counter()
     result = tc.simulate(bar_impact.scene(cells=20))
+    if not ranks.is_first_rank():
+        return 0
     checks = bar_impact.checks(result)
     failed = [check for check in checks if not check.passed]
     wall = time.perf_counter() - begin

@@ -42,7 +42,7 @@ def launched() -> tuple[int, int]:
 def is_first_rank() -> bool:
     """Return whether this process is the first of those that `mpiexec` has started, or the only one.
 
-    A run on several ranks returns the same `Result` on all of them: let the first one print, draw and write.
+    A run on several ranks returns a `Result` on all of them, whole on the first: let that one print, draw and write.
     """
     return launched()[1] == 0
 

@@ -16,22 +16,25 @@ from ..base.errors import InputError
 from . import ranks
 from .exchange import Exchange, Handover
 from .last_words import PATIENCE
+from .lead import Lead
 from .roll_call import FAILS, STARTS, answers
 
 Value = TypeVar("Value")
+SHARES = 4  # tag of the messages that share something out; roll_call.py and exchange.py have 1 to 3
 
 
-def team(comm: Any = None) -> Team | None:
+def team(comm: Any = None, word: str = STARTS) -> Team | None:
     """Return the ranks of a communicator of mpi4py, None where it has one process; all of them call it.
 
-    comm: None = that of all processes that a launcher has started. Raises `InputError` for what is no communicator of
-    this process, as `ranks.communicator`, and on all ranks if one of them ends instead.
+    comm: None = that of all processes that a launcher has started; word: what all of them are to do. Raises
+    `InputError` for what is no communicator of this process, as `ranks.communicator`, and on all ranks if one of them
+    does something else or ends instead.
     """
     world = ranks.communicator() if comm is None else ranks.checked(comm)
     if world is None or int(world.Get_size()) == 1:
         return None
-    words = answers(world, STARTS)
-    if words is not None and set(words) != {STARTS}:
+    words = answers(world, word)
+    if words is not None and set(words) != {word}:
         if any(word.startswith(FAILS) for word in words):
             time.sleep(PATIENCE)  # that rank ends all
         said = "; ".join(f"rank {number} {word}" for number, word in enumerate(words))
@@ -41,10 +44,14 @@ def team(comm: Any = None) -> Team | None:
 
 
 class Team:
-    """The ranks of a communicator of mpi4py; rank: number of this one; size: their number."""
+    """The ranks of a communicator of mpi4py; rank: number of this one; size: their number.
+
+    lead: lets the first one act alone.
+    """
 
     def __init__(self, comm: Any) -> None:
         self.comm, self.rank, self.size = comm, int(comm.Get_rank()), int(comm.Get_size())
+        self.lead = Lead(comm)
         self._exchanges: list[Exchange | Handover] = []
         self._groups: list[Team] = []
 
@@ -94,6 +101,25 @@ class Team:
         width = int(np.prod(own.shape[1:], dtype=np.int64))
         self.comm.Allgatherv(own, [found, [int(count) * width for count in counts]])
         return found
+
+    def send_share(self, rank: int, share: Any) -> None:
+        """Send something from the first rank to another one, which takes it with `received_share`."""
+        self.comm.send(share, dest=rank, tag=SHARES)
+
+    def received_share(self) -> Any:
+        """Return what the first rank sends to this one."""
+        return self.comm.recv(source=0, tag=SHARES)
+
+    def shared_out(self, values: np.ndarray | None, rows: np.ndarray) -> np.ndarray:
+        """Return the rows [k] of this rank of values [n, ..] that the first rank has, one rank after the other."""
+        wanted = self.comm.gather(rows)
+        if not self.leads:
+            found: np.ndarray = self.received_share()
+            return found
+        assert values is not None
+        for rank in range(1, self.size):
+            self.send_share(rank, values[wanted[rank]])
+        return values[rows]
 
     def total(self, value: float) -> float:
         """Return the sum of a number over the ranks, in their order."""

@@ -111,6 +111,11 @@ class BodyPlan:
     rigid: tuple[RigidPlan, ...] = ()
 
     @property
+    def node_count(self) -> int:
+        """The number of its nodes."""
+        return len(self.node_order)
+
+    @property
     def viscous_cells(self) -> bool:
         """Return whether its contact cells are viscous."""
         return self.contact is not None and self.contact.viscosity > 0.0

@@ -56,8 +56,8 @@ def run_attributes(result: Result) -> dict[str, Any]:
     data["memory_bytes"] = dict(result.memory)
     data["terms"] = list(result.terms)
     data["warnings"] = list(result.warnings)
-    data["cells"] = sum(len(body.mesh.cells) for body in result.scene.bodies)
-    data["nodes"] = sum(len(body.mesh.nodes) for body in result.scene.bodies)
+    data["cells"] = sum(body.mesh.cell_count for body in result.scene.bodies)
+    data["nodes"] = sum(body.mesh.node_count for body in result.scene.bodies)
     data["smoothness"] = smoothness_of(result)
     if result.maxima:
         data["maxima"] = {name: vars(found) for name, found in result.maxima.items()}

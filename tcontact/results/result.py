@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -9,10 +10,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..base.errors import InputError, hint
+from ..device.team import Team, team
 from ..friction_layer import LayerState
 from ..scene.scene import Scene
 from .outcome import Outcome
 from .smoothness import PressureRecord
+
+# fields with values of nodes and cells, which of several ranks the first one alone has (elsewhere.py)
+ON_FIRST = ("position", "velocity", "contact_node_force", "layers", "metals", "points")
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,8 @@ class Result(Outcome):
     goes on; maxima: by the names in `Scene.maxima` the largest value of all cells and all steps, also those that the
     history does not keep; precision: "f64" or "mixed", as `simulate` was asked for; file: the result file, if
     `simulate` was asked for `out`. `tcontact.open_result` reads such a run back.
+    Of several ranks that share a run the first one has all this; on the others what belongs to nodes and cells
+    (position, velocity, contact_node_force, layers, metals, points) raises `InputError`, see `on_all_ranks`.
     """
 
     ok: bool
@@ -100,6 +107,32 @@ class Result(Outcome):
             if len(data):
                 return data
         return self.views.end_of(self)
+
+    def on_all_ranks(self, comm: Any = None) -> Result:
+        """Return the result with the values of nodes and cells on every rank; all ranks of its run call it.
+
+        A run that processes share under mpiexec leaves position, velocity, contact_node_force, layers, metals and
+        points on the first rank; the result of one process is returned as it is. comm: communicator of the run, as in
+        `simulate`. Raises `InputError` where the first rank has no such values, and if a rank does something else.
+        """
+        together = team(comm, "shares a result")
+        return self if together is None else self.shared_by(together)
+
+    def shared_by(self, together: Team) -> Result:
+        """Return the result with the values of nodes and cells that the first of some ranks has, on all of them."""
+        values: dict[str, Any] = {}
+        error: InputError | None = None
+        try:
+            values = {name: getattr(self, name) for name in ON_FIRST} if together.leads else {}
+        except InputError as found:
+            error = found
+        together.agree(error)
+        values = together.from_first(values)
+        return self if together.leads else self.with_values(values)
+
+    def with_values(self, values: Mapping[str, Any]) -> Result:
+        """Return the result with these values of nodes and cells."""
+        return replace(self, **values)
 
     def reversed(self) -> Result:
         """Return the same state with all velocities negated: given as `initial`, it runs backwards in time."""

@@ -30,8 +30,12 @@ class Guards:
     def __init__(self, scene: Scene, states: list[BodyView], implicit: bool = False) -> None:
         self.scene, self.implicit = scene, implicit
         self.states = states
-        self.floor = sum(TINY * float(state.plan.lumped.sum()) * state.plan.body.wave_speed**2 for state in states)
+        self.floor = self.rounding()
         self.nonlinear = [not state.plan.body.linear for state in states]
+
+    def rounding(self) -> float:
+        """Return the energy [J] up to which a change is rounding."""
+        return sum(TINY * float(state.plan.lumped.sum()) * state.plan.body.wave_speed**2 for state in self.states)
 
     def limits(self, history: History, jacobian: float) -> dict[str, float]:
         """Return the limits at which a launch of many rows ends, for `check` to judge the row.
@@ -52,7 +56,7 @@ class Guards:
         time = f"at t = {row[layout.place['time'].start]:.6g} s"
         remedy = "the step is above the stable one (Result.dt_limit): use a smaller dt or cfl < 1"
         if any(self.nonlinear) and not row[layout.place["jacobian_min"]][0] > 0.0:
-            law, where = self._worst(step, failing=True)
+            law, where = self.worst(step, failing=True)
             if over_limit:
                 return Stop("diverged", f"{where} {time}; {remedy}")
             from ..kernels.materials import LAWS  # imports Taichi
@@ -66,7 +70,7 @@ class Guards:
                 "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"
             )
             what += "" if not finite else f" the {history.budget():.3g} J that the run started with or was given"
-            _law, where = self._worst(step)
+            _law, where = self.worst(step)
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"
             if self.implicit:
                 advice = REMEDY
@@ -88,7 +92,7 @@ class Guards:
         more = 2.0 * viscosity.quadratic
         return f"in a shock give more viscosity, such as BulkViscosity(quadratic={more:.3g}), or use tet4; {elsewhere}"
 
-    def _worst(self, step: float, failing: bool = False) -> tuple[str, str]:
+    def worst(self, step: float, failing: bool = False) -> tuple[str, str]:
         """Return the law of the cell with the smallest det F at the row, and the cell in words.
 
         step [s]: that since the row; failing: among the cells of nonlinear laws.

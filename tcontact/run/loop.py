@@ -13,7 +13,6 @@ import numpy as np
 from ..base import validate
 from ..base.errors import FunctionError, InputError, OutputError
 from ..base.warning_kinds import LockingWarning, SlaveWarning
-from ..cells.point_state import has_state, metal_fields
 from ..device import arrays
 from ..planning.closed_springs import spring_areas
 from ..planning.locking import locking
@@ -30,6 +29,7 @@ from ..schemes.explicit.body_view import BodyView
 from ..schemes.explicit.stable_step import StableStep, coarse, largest_rate, with_viscosity
 from .checkpoint.keeper import Keeper
 from .end_checks import end_warnings
+from .end_state import end_state
 from .guards import Guards, Stop
 from .history import MOST_ROWS, History
 from .interrupts import interrupts
@@ -69,6 +69,8 @@ class Course:
 
 class Run:
     """A run: bodies, step size, history, course. A checkpoint holds its attributes that change."""
+
+    result_type: Any = Result
 
     def __init__(
         self,
@@ -113,8 +115,7 @@ class Run:
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.course = Course()
         self.rigid = RigidStep.of(self)
-        self.guards = Guards(scene, self.states, scheme.implicit)
-        self.looks = Looks(self)
+        self.guards, self.looks = self.watches()
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)
@@ -125,6 +126,10 @@ class Run:
     def made_states(self, displacement: list[np.ndarray], velocity: list[np.ndarray]) -> list[Any]:
         """Make the state of every domain; displacement, velocity: start of every body [n, 3]."""
         return list(self.scheme.states(self.scene, self.planned, displacement, velocity))
+
+    def watches(self) -> tuple[Guards, Looks]:
+        """Make the guards and the looks of the run."""
+        return Guards(self.scene, self.states, self.scheme.implicit), Looks(self)
 
     def cut_by(self, signal: str) -> str:
         """Return the name of the signal that stops the run, "" without; signal: what this process has received."""
@@ -190,7 +195,7 @@ class Run:
                 final = time >= end or bool(cut)
                 after = 0.0 if final else self.dt
                 frame = (final and course.frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
-                snapshot = self._snapshot(before, after) if final or frame else None
+                snapshot = self.snapshot(before, after) if final or frame else None
                 many = 1
                 if snapshot is None and before == after:
                     many = self._rows_until(min(end, due[0] - 0.5 * self.dt if due else end) - time, row_number)
@@ -198,7 +203,7 @@ class Run:
                     done = self._step(time, before, after, many)
                 except FunctionError as error:  # nothing has moved yet: the run ends at this level
                     failed, after, final, frame = error, 0.0, True, course.frames > 0
-                    snapshot = self._snapshot(before, after)
+                    snapshot = self.snapshot(before, after)
                     done = self._step(time, before, after, 1)
                 times = np.cumsum([time, *[after] * (done - 1)])
                 table = combined(self._tables(times), self.planned.layout)
@@ -239,7 +244,7 @@ class Run:
                 kept += f"; `tcontact resume {keeper.folder}` goes on from there"
             stop = Stop("interrupted", f"stopped by {cut} {kept}")
         if snapshot is None:
-            snapshot = Snapshot(self.states, 0.0, 0.0, self.dt)
+            snapshot = self.snapshot(0.0, 0.0)
         result = self._result(stop, row_number, time, course.first_dt, snapshot, compiled - started, wall)
         if unwritten is not None:
             unwritten.result = result
@@ -265,7 +270,8 @@ class Run:
                 table[:, self.planned.layout.place["jacobian_min"]] = np.inf
         return tables
 
-    def _snapshot(self, before: float, after: float) -> Snapshot:
+    def snapshot(self, before: float, after: float) -> Snapshot:
+        """Take the state at the present level; before, after [s]: the steps that end and start there."""
         return Snapshot(self.states, before, after, self.dt, self.scheme.implicit)
 
     def _keep(self, table: np.ndarray | None) -> None:
@@ -407,7 +413,7 @@ class Run:
         for domain in self.domains:
             for name, size in domain.memory().items():
                 memory[name] = memory.get(name, 0) + size
-        return Result(
+        return self.result_type(
             ok=stop is None,
             reason="finished" if stop is None else stop.reason,
             message="" if stop is None else stop.message,
@@ -420,22 +426,19 @@ class Run:
             cell_updates_per_s=cells * steps / wall_s if wall_s > 0.0 else 0.0,
             memory=memory,
             terms=self.planned.terms,
-            position=np.concatenate(
-                [body.mesh.nodes + u for body, u in zip(self.scene.bodies, last.displacements, strict=True)]
-            ),
-            velocity=np.concatenate(last.velocities()),
-            contact_node_force=np.concatenate([state.contact_force() for state in self.states]),
             history=history,
             scene=self.scene,
             warnings=self.warnings,
             contact_pressures=tuple(record for _, record in self.pressures),
             scheme=self.scheme,
-            layers=tuple(state.layers() for state in self.states),
-            metals=metal_fields(self.states) if self.scene.plastic else {},
-            points=tuple(state.points() for state in self.states) if has_state(self.scene) else (),
             maxima=self.largest(),
             precision=precision_of(self.planned),
+            **self.end_state(last),
         )
+
+    def end_state(self, last: Snapshot) -> dict[str, Any]:
+        """Return the fields of the result with values of nodes and cells; last: the state at the end."""
+        return end_state(self.scene, self.states, last)
 
     def largest(self) -> dict[str, Maximum]:
         """Return the largest values of all steps of the quantities in `Scene.maxima`."""

@@ -1,4 +1,4 @@
-"""Frames and checkpoints of a run on several ranks: all gather, the first one writes the frames, each its checkpoints.
+"""Frames and checkpoints of a run on several ranks: the first one writes the frames, each its checkpoints.
 
 A checkpoint is a file of every rank, those of the first one in the folder of the run, those of the others below it in
 `checkpoint-ranks`. All are of the same row: `latest_of_all` finds the last one that every rank has whole.
@@ -22,13 +22,17 @@ from .snapshot import Snapshot
 
 
 class RankRecorder(Recorder):
-    """The recorder of every rank: all gather the fields, the first one writes them."""
+    """The recorder of the first rank, which collects the fields and writes them."""
 
     team: Team
 
+    def prepare(self) -> None:
+        """Prepare for the fields of the frames, before the first one."""
+        self.team.lead.act(super().prepare)
+
     def frame(self, time: float, snapshot: Snapshot) -> None:
         """Append the state at `time` [s]. Raises `OutputError` on all ranks."""
-        self._together(lambda: super(RankRecorder, self).frame(time, snapshot))
+        self.team.lead.act(lambda: super(RankRecorder, self).frame(time, snapshot))
 
     def settle(self) -> None:
         """Wait until every frame is in the file. Raises `OutputError` on all ranks."""
@@ -56,28 +60,39 @@ class NoFile:
     def __len__(self) -> int:
         return self.count
 
-    def append(self, *_fields: Any) -> None:
-        """Drop a frame."""
+    def append(self) -> None:
+        """Count a frame."""
         self.count += 1
 
     def sync(self) -> None:
         """Do nothing."""
 
-    def write_history(self, _history: Any) -> None:
-        """Drop the history."""
-
-    def write_attributes(self, _attributes: Any) -> None:
-        """Drop the attributes."""
-
-    def close(self) -> None:
-        """Do nothing."""
-
 
 class SilentRecorder(RankRecorder):
-    """The recorder of a rank that writes nothing."""
+    """The recorder of a rank that writes nothing, while the first one does."""
 
-    def _opened(self, frames: int | None, *_given: Any) -> Any:
-        return NoFile(frames or 0)
+    def __init__(self, *given: Any) -> None:
+        self.file: Any = NoFile(given[-1] or 0)
+
+    def prepare(self) -> None:
+        """Follow the first rank."""
+        self.team.lead.act(lambda: None)
+
+    def frame(self, time: float, snapshot: Snapshot) -> None:
+        """Follow the first rank, and count the frame."""
+        self.prepare()
+        self.file.append()
+
+    def settle(self) -> None:
+        """Follow the first rank."""
+        self.team.agree(None)
+
+    def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
+        """Follow the first rank."""
+        self.team.agree(None)
+
+    def abandon(self) -> None:
+        """Do nothing."""
 
 
 class RankKeeper(Keeper):

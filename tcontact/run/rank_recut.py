@@ -26,6 +26,7 @@ from ..planning.domain_packs import pack_domain
 from ..planning.partition.domain_part import DomainPart
 from ..planning.partition.shared_contact import is_copied
 from ..planning.planning import Plan
+from ..schemes.explicit.rank_view import RankView
 from .checkpoint import contents, store
 from .loop import Run
 from .rank_cut import Cut
@@ -172,7 +173,7 @@ def _at_nodes(
     cut, state = cuts[number], run.domains[number]
     if path.startswith("domains"):
         present = np.array(arrays.get(getattr(state, path.rpartition(".")[2]))).reshape(-1, 3)
-        whole = present if team is None else state.whole(present)
+        whole = present if team is None else state.whole_on_all(present)
     else:
         whole = np.zeros((len(cut.domain.reference), 3))
     _put(whole, path, [cut.nodes(rank) for rank in range(len(stored))], stored)
@@ -227,7 +228,7 @@ def _hold_pressures(
 def _take_over_points(run: Run, number: int, cut: Cut, stored: Sequence[store.Stored]) -> None:
     """Give the points of the cells of a domain the state in the checkpoints."""
     views = run.domains[number].views
-    whole = [view.points() for view in views]
+    whole = [view.points_on_all() if isinstance(view, RankView) else view.points() for view in views]
     for rank, one in enumerate(stored):
         memory = one.found.get(f"domains.{number}.internal_force.memory")
         if memory is None:

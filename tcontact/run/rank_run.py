@@ -1,7 +1,8 @@
 """Simulate a scene on several ranks: every rank steps its part, the first one writes (docs/SCALING.md).
 
-All ranks plan the whole scene, which the first one cuts. They go through the same loop with the same rows and take the
-same decisions. What fails on one rank alone ends all of them.
+The first one plans the scene and gives every rank its part (rank_plan.py). All go through the same loop with the same
+rows and take the same decisions. What reads whole bodies, such as frames and the end of the result, the first one does
+alone (rank_lead.py). What fails on one rank alone ends all of them.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ import traceback
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -26,26 +28,35 @@ from ..device import runtime
 from ..device.ranks import passed_on
 from ..device.team import Team
 from ..friction_layer import LayerState
-from ..planning.partition.domain_part import DomainPart, cut_domain, domain_part
+from ..planning.partition.domain_part import DomainPart
+from ..planning.partition.outline import PlanOutline, forget_cells
 from ..planning.planning import Plan
 from ..results import frame_fields
+from ..results.elsewhere import ResultElsewhere
 from ..results.report import run_attributes, versions, write_history, write_json
 from ..results.result import Maximum, Result
 from ..scene.cell_blocks import AVERAGED
 from ..scene.scene import Scene
+from ..schemes.explicit.body_view import BodyView
 from ..schemes.explicit.rank_state import RankState
+from ..schemes.explicit.stable_step import StableStep
 from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import compare, fingerprint
 from .checkpoint.keeper import Start, start_of
 from .folder_lock import locked
+from .guards import Guards
 from .law_checks import check_laws
 from .loop import Run
 from .prepared import checkpoint_head, finished_plan, take_over
 from .progress import ProgressBar
 from .rank_files import RankKeeper, RankRecorder, SilentRecorder, latest_of_all, on_first
+from .rank_lead import Elsewhere, RankGuards, RankLooks
+from .rank_plan import plan_and_parts
 from .rank_recut import other_ranks
 from .rank_recut import take_over as take_over_cut
 from .recorder import FILE, check_folder, make_folder, unwritten
+from .snapshot import Snapshot
+from .watches.looks import Looks
 
 COMPARED = 16  # values by which the functions of time of two ranks are compared
 ONE_RANK = "runs on one rank in this version; leave it out, or start the run without mpiexec"
@@ -85,7 +96,10 @@ def check_alike(team: Team, scene: Scene, scheme: Any, options: Mapping[str, Any
 
 
 class RankRun(Run):
-    """`Run` with the states of this rank's parts; parts: of all domains."""
+    """`Run` with the states of this rank's parts; parts: of all domains.
+
+    The plan of ranks other than the first is an outline, and their result has no values of nodes and cells.
+    """
 
     def __init__(self, team: Team, parts: Sequence[DomainPart], *given: Any) -> None:
         self.team, self.parts = team, parts
@@ -98,6 +112,28 @@ class RankRun(Run):
             u, v = ([values[number] for number in part.whole.numbers] for values in (displacement, velocity))
             found.append(RankState(self.scene, part, u, v, self.planned.layout, self.team))
         return found
+
+    def _stable_step(self, view: BodyView, stiffness: float | None) -> StableStep:
+        """Return the search for the stable step of a body, None on the ranks that do not have its plan."""
+        return super()._stable_step(view, stiffness) if self.team.leads else None  # type: ignore[return-value]
+
+    def watches(self) -> tuple[Guards, Looks]:
+        """Make the guards and the looks of the run."""
+        lead = self.team.lead
+        return RankGuards(lead, self.scene, self.states, self.scheme.implicit), RankLooks(lead, self)
+
+    def snapshot(self, before: float, after: float) -> Snapshot:
+        """Take the state at the present level, on the first rank."""
+        return self.team.lead.act(lambda: super(RankRun, self).snapshot(before, after)) or Elsewhere(self.states)
+
+    @property
+    def result_type(self) -> Any:
+        """Return what makes the result of its fields."""
+        return Result if self.team.leads else partial(ResultElsewhere.on, self.team.rank)
+
+    def end_state(self, last: Snapshot) -> dict[str, Any]:
+        """Return the fields of the result with values of nodes and cells, on the first rank."""
+        return self.team.lead.act(lambda: super(RankRun, self).end_state(last)) or {}
 
     def cut_by(self, signal: str) -> str:
         """Return the name of the signal that some rank has received, "" without."""
@@ -172,7 +208,7 @@ def simulate_on_ranks(
     threads: int | None,
     progress: bool,
 ) -> Result:
-    """Run a scene on all ranks and return its `Result`, whole on every rank.
+    """Run a scene on all ranks and return its `Result`, whole on the first one (results/elsewhere.py).
 
     out, threads, progress: as in `simulate`; options: of its checkpoints; kept: the start that they hold, None for that
     of the scene.
@@ -184,16 +220,23 @@ def simulate_on_ranks(
         if folder is not None:
             on_first(team, lambda: frame_fields.check_room(folder, scene, asked.frames, asked.fields))
         stages.say("planning")
-        planned = finished_plan(scene, asked.scheme, asked.precision, () if folder is None else asked.fields)
+        fields = () if folder is None else asked.fields
+        planned, parts = plan_and_parts(
+            team,
+            scene,
+            lambda: finished_plan(scene, asked.scheme, asked.precision, fields),
+            asked.contact_ranks,
+        )
         stages.say("starting the compiler")
         runtime.start("cpu", threads)
         check_laws(scene, asked.scheme)
-        check_starts(planned.domains, asked.start[0])
+        on_first(team, lambda: check_starts(planned.domains, asked.start[0]))  # type: ignore[arg-type]
         if folder is not None:
             on_first(team, lambda: make_folder(folder))
             if team.leads:
                 ending.enter_context(locked(folder))
-        run = _made(team, planned, asked)
+        run = _made(team, planned, parts, asked)
+        forget_cells(planned)
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
         if said is not None:
             run.warn(said)
@@ -245,21 +288,27 @@ def resume_on_ranks(
         compare(head["physics"], fingerprint(scene, scheme))
         if precision not in (None, head["precision"]):
             raise InputError("precision", precision, f"the run computes in {head['precision']!r}; resume it so")
-        planned = finished_plan(scene, scheme, head["precision"], head["fields"])
+        before = stored[0].ranks
+
+        def make() -> Plan:
+            found = finished_plan(scene, scheme, head["precision"], head["fields"])
+            for domain in found.domains:
+                domain.chunks = head["chunks"]
+            return found
+
+        planned, parts = plan_and_parts(team, scene, make, head.get("contact_ranks"), before != team.size)
         runtime.start("cpu", threads)
-        for domain in planned.domains:
-            domain.chunks = head["chunks"]
         history = head["history_every"], head["history_rows"]
         begin = start or ([b.initial_displacement for b in scene.bodies], [b.initial_velocity for b in scene.bodies])
         kept = head["fields"], history, head["pressures"], head["precision"], head.get("contact_ranks")
         asked = Asked(scene, scheme, begin, (), (), 0, *kept)
-        run = _made(team, planned, asked)
+        run = _made(team, planned, parts, asked)
         new = contents.prints(run)
-        before = stored[0].ranks
         if before == team.size:
+            forget_cells(planned)
             contents.restore(run, stored[0].found, stored[0].values)
         else:
-            take_over_cut(run, planned, stored, team)
+            take_over_cut(run, planned, stored, team)  # type: ignore[arg-type]
             warnings.warn(other_ranks(before, team.size), RuntimeWarning, stacklevel=2)
         recorder = _recorder(team, folder, run, head["fields"], head["frames"])
         head |= {"versions": versions(), "ranks": team.size}
@@ -280,12 +329,9 @@ def _quiet(team: Team, ending: ExitStack) -> None:
         warnings.simplefilter("ignore")
 
 
-def _made(team: Team, planned: Plan, asked: Asked) -> RankRun:
+def _made(team: Team, planned: Plan | PlanOutline, parts: list[DomainPart], asked: Asked) -> RankRun:
     """Make the run of this rank."""
     scene, (every, most) = asked.scene, asked.history
-    wanted = asked.contact_ranks
-    cuts = on_first(team, lambda: [cut_domain(domain, scene, team.size, wanted) for domain in planned.domains])
-    parts = [domain_part(domain, cut, team.rank) for domain, cut in zip(planned.domains, cuts, strict=True)]
     given = (scene, planned, asked.scheme, *asked.start, every, asked.pressures, most, asked.points)
     return RankRun(team, parts, *given)
 
@@ -331,7 +377,8 @@ def _carried_out(
 ) -> Result:
     """Run, and let the first rank write result file, history and summary, and remove checkpoints of no further use."""
     try:
-        result = replace(run.go(frames, recorder, bar, started, keeper), file=folder / FILE)
+        result = run.go(frames, recorder, bar, started, keeper)
+        vars(result)["file"] = folder / FILE
         attributes = run_attributes(result) | {"ranks": run.team.size}
         try:
             recorder.close(result.history, attributes)

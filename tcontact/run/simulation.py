@@ -80,7 +80,8 @@ def simulate(
     doubles (sums over time and maxima still include every step; a message before the run says so); precision: "f64",
     or "mixed": float32 arithmetic in the ordinary cells, on differences of displacements that are formed in float64,
     all else in float64 (`tcontact.kernels.cells.mixed_cells` says what that does to the errors).
-    Under `mpiexec -n P` the processes share the scene (docs/SCALING.md), and each of them returns the whole result.
+    Under `mpiexec -n P` the processes share the scene (docs/SCALING.md): each returns a result, the first a whole one
+    (`Result.on_all_ranks`).
     comm: the communicator of mpi4py whose processes do so, None = of all that the launcher has started. With
     `MPI.COMM_SELF` each process runs a scene of its own, in a folder of its own, with a part of a split communicator
     several processes do. contact_ranks: how many of them share the contact (docs/SCALING.md), None = as many as
@@ -109,9 +110,6 @@ def simulate(
     check_precision(precision, scheme, arch)
     check_scheme(scheme, arch)
     options = checked(checkpoint, out)
-    displacement, velocity = _start(scene, initial)
-    layers = () if initial is None else _layers(scene, initial)
-    points = () if initial is None else _points(scene, initial)
     if together is not None:
         alike = {"out": out is not None, "frames": frames, "arch": arch, "fields": fields, "pressures": pressures}
         alike |= {
@@ -122,6 +120,11 @@ def simulate(
         }
         check_alike(together, scene, scheme, alike | {"initial": initial is not None, "checkpoint": options})
         check_ranks(scene, scheme, arch, together.size)
+        initial = initial.shared_by(together) if isinstance(initial, Result) else initial
+    displacement, velocity = _start(scene, initial)
+    layers = () if initial is None else _layers(scene, initial)
+    points = () if initial is None else _points(scene, initial)
+    if together is not None:
         wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
         rows = history_every, history_rows
         asked = Asked(scene, scheme, start, layers, points, frames, wanted, rows, pressures, precision, contact_ranks)
@@ -229,24 +232,27 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
         remedy = "rigid bodies (mass= of obstacles, Body.rigid_parts) start as the scene says; leave initial out"
         raise InputError("initial", initial, remedy)
     counts = [body.mesh.node_count for body in scene.bodies]
-    theirs = [body.mesh.cells for body in initial.scene.bodies]
+    theirs = [body.mesh for body in initial.scene.bodies]
     same = len(theirs) == len(counts) and initial.position.shape == (sum(counts), 3)
-    if not same or not all(
-        np.array_equal(body.mesh.cells, cells) for body, cells in zip(scene.bodies, theirs, strict=True)
-    ):
+    if not same or not all(body.mesh.has_cells_of(mesh) for body, mesh in zip(scene.bodies, theirs, strict=True)):
         raise InputError(
             "initial", initial, f"it ran other meshes; give a run of the same bodies ({sum(counts)} nodes)"
         )
     if not (np.isfinite(initial.position).all() and np.isfinite(initial.velocity).all()):
         raise InputError("initial", initial.reason, "its end state is not finite; start from a run that finished")
     ends = np.cumsum(counts)[:-1]
-    positions, velocities = np.split(initial.position, ends), np.split(initial.velocity.copy(), ends)
+    positions, velocities = np.split(initial.position.copy(), ends), np.split(initial.velocity.copy(), ends)
     for body, speeds in zip(scene.bodies, velocities, strict=True):
         held = np.isfinite(body.prescribed)
         speeds[held] = body.prescribed[held]
     _check_places(scene, positions)
     _check_outside(scene, positions)
-    return [x - body.mesh.nodes for x, body in zip(positions, scene.bodies, strict=True)], velocities
+    for there, body in zip(positions, scene.bodies, strict=True):  # a copy of those of the other run
+        first = 0
+        for nodes in body.mesh.portions("nodes"):
+            there[first : first + len(nodes)] -= nodes
+            first += len(nodes)
+    return positions, velocities
 
 
 def _check_places(scene: Scene, positions: list[np.ndarray]) -> None:
@@ -254,7 +260,8 @@ def _check_places(scene: Scene, positions: list[np.ndarray]) -> None:
     for index, (body, there) in enumerate(zip(scene.bodies, positions, strict=True)):
         given = body.given_displacement
         known = np.isfinite(given)
-        wanted = (body.mesh.nodes + given)[known]
+        rows, axes = np.nonzero(known)
+        wanted = body.mesh.nodes_at(rows)[np.arange(len(rows)), axes] + given[known]
         away = float(np.abs(there[known] - wanted).max(initial=0.0))
         if away > 1e-6 * body.mesh.shortest_edge:
             remedy = f"nodes of {scene.label(index)} ended up to {away:.3g} m from where the displacement of a support"

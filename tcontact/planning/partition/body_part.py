@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -36,13 +37,13 @@ ACTING = ("supports", "loads", "point_masses", "springs", "probes", "rigid_parts
 class BodyPart:
     """What one rank has of a body.
 
-    whole: plan of the whole body; part: its cells and nodes in the mesh; plan: of the part, None without cells of the
-    body, whose `lumped` is that of its own cells; nodes [n]: numbers of the nodes of `plan` in `whole`, ascending;
-    shared: for every other rank with copies, ascending, the boundary nodes [k] of `plan`, in the order of both; mass
-    [n] [kg]: whole mass of its nodes.
+    whole: plan of the whole body, or its outline (outline.py); part: its cells and nodes in the mesh; plan: of the
+    part, without nodes where it has no cells of the body; its `lumped` is that of its own cells; nodes [n]: numbers of
+    the nodes of `plan` in `whole`, ascending; shared: for every other rank with copies, ascending, the boundary nodes
+    [k] of `plan`, in the order of both; mass [n] [kg]: whole mass of its nodes.
     """
 
-    whole: BodyPlan
+    whole: Any
     part: Part
     plan: BodyPlan
     nodes: np.ndarray
@@ -179,35 +180,42 @@ def _part_of_body(body: Body, part: Part, acts: bool, touches: bool) -> Body:
 
     acts: with all that acts on it; touches: with a part of its contact.
     """
-    mesh, nodes = body.mesh, part.nodes
+    mesh = body.mesh
     node_sets, face_sets = (dict(own) if acts else {} for own in (mesh.node_sets, mesh.face_sets))
     smaller = _mesh_of(mesh, part, node_sets, face_sets)
+    return body_of(body, smaller, part.nodes, acts, touches)
+
+
+def body_of(body: Body, smaller: Mesh, nodes: np.ndarray, acts: bool, touches: bool) -> Body:
+    """Return the body with the mesh of a part, which has these nodes [n] of its own; acts, touches: as above."""
     given = {field.name: getattr(body, field.name) for field in fields(Body)}
     given |= {"mesh": smaller, "velocity": body.initial_velocity[nodes]}
     given |= {"displacement": body.initial_displacement[nodes]}
     if isinstance(body.material, Mapping):
         given["material"] = {name: one for name, one in body.material.items() if name in smaller.cell_sets}
-    number = np.full(mesh.node_count, -1, dtype=np.int64)
-    number[nodes] = np.arange(len(nodes))
-    motions, known = body.motions
-    faces, images = number[body.contact_faces], None
-    faces = faces[(faces >= 0).all(axis=1)]
-    if acts and body.images is not None:
-        images = Images(number[body.images.master[nodes]], body.images.period)
-    if not acts:
+    faces, images = body.contact_faces[:0], None
+    motions: tuple[np.ndarray, tuple[Any, ...]] = np.broadcast_to(np.nan, (len(nodes), 3)), ()
+    if acts or touches:
+        number = np.full(body.mesh.node_count, -1, dtype=np.int64)
+        number[nodes] = np.arange(len(nodes))
+        faces = number[body.contact_faces]
+        faces = faces[(faces >= 0).all(axis=1)]
+        if acts and body.images is not None:
+            images = Images(number[body.images.master[nodes]], body.images.period)
+    if acts:
+        motions = body.motions[0][nodes], body.motions[1]
+    else:
         given |= dict.fromkeys(ACTING, ()) | dict.fromkeys(("periodic",) if touches else ("contact", "periodic"))
-        motions, known = np.broadcast_to(np.nan, mesh.nodes.shape), ()
-        faces = faces if touches else faces[:0]
     result = object.__new__(Body)
     result.__dict__.update(given)
     result.__dict__.update(
         contact_faces=faces,
         images=images,
-        motions=(motions[nodes], known),
+        motions=motions,
         initial_velocity=given["velocity"],
         initial_displacement=given["displacement"],
         spring_speed=body.spring_speed,
-        blocks=blocks_of(smaller, given["material"], given["formulation"]) if len(part.cells) else (),
+        blocks=blocks_of(smaller, given["material"], given["formulation"]) if smaller.cell_count else (),
     )
     return result
 

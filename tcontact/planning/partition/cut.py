@@ -15,12 +15,13 @@ some thousand nodes: `contact_ranks` chooses the number of ranks with the shorte
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from ...base.errors import InputError
-from ...mesh.geometry import Blocks, IntArray, cell_face_keys, cells_at
+from ...mesh.geometry import Blocks, IntArray, cells_at
+from .cell_graph import CellGraph
 
 EXTRA_WORK = {"none": 0.0, "normal": 4.0, "full": 7.0}  # of a contact cell beside its own pass, in passes of a cell
 # of a shared contact, measured with 2 ranks on 2 cores: exchanges of a step, nearly all of them one for every colour of
@@ -28,8 +29,6 @@ EXTRA_WORK = {"none": 0.0, "normal": 4.0, "full": 7.0}  # of a contact cell besi
 EXCHANGES = {"none": 0, "normal": 50, "full": 85}
 EXCHANGE, CELL = 60e-6, 110e-9
 FEWEST_SHARED = 4000  # contact nodes; fewer ones stay together, unless they leave no cells for the other ranks
-UNBALANCE = 10  # thousandths by which METIS may miss equal parts
-SHARES = 16  # of the faces, sorted one after the other to need less memory; a power of two
 
 
 def contact_ranks(cells: int, contact: int, nodes: int, ranks: int, removal: str, others: int) -> int:
@@ -102,87 +101,32 @@ def cut_beside(blocks: Blocks, node_count: int, ranks: int, together: IntArray, 
     of a cell. Raises `InputError` if too few cells are left for the other ranks, `ImportError` without pymetis.
     """
     count = sum(len(cells) for _, cells in blocks)
+    return cut_graph_beside(lambda: CellGraph.of(blocks, node_count), count, ranks, together, extra)
+
+
+def cut_graph_beside(
+    make: Callable[[], CellGraph], count: int, ranks: int, together: IntArray, extra: float = 0.0
+) -> IntArray:
+    """Return the rank [m] of every cell, see `cut_beside`; make: makes the graph of the cells; count: their number."""
+    if not 1 <= ranks <= count:
+        raise InputError("ranks", ranks, f"the mesh has {count} cells; start at least 1 and at most {count} ranks")
+    if ranks == 1:
+        return np.zeros(count, dtype=np.int64)
     if not len(together):
-        return cut_cells(blocks, node_count, ranks)
+        return _without_empty(make().cut(ranks), ranks)
     if count - len(together) < ranks - 1:
         text = f"{len(together)} of {count} cells touch contact faces, supports or loads, and stay on the first rank;"
         raise InputError("ranks", ranks, f"{text} start at most {count - len(together) + 1} ranks, or refine the mesh")
-    rank = np.full(count, -1, dtype=np.int64)
+    rank, weight = np.full(count, -1, dtype=np.int64), np.ones(count)
     rank[together] = 0
-    if ranks > 1:
-        graph, weight = CellGraph.of(blocks, node_count), np.ones(count)
-        weight[together] += extra / len(together)
-        limit = min((count + extra) / ranks, count - (ranks - 1) + extra)
-        _grow(graph, rank, weight, 1, limit)
-        rest = np.flatnonzero(rank < 0)
-        rank[rest] = 1 + _without_empty(graph.within(rest).cut(ranks - 1), ranks - 1)
+    weight[together] += extra / len(together)
+    graph = make()
+    _grow(graph, rank, weight, 1, min((count + extra) / ranks, count - (ranks - 1) + extra))
+    del weight
+    rest = np.flatnonzero(rank < 0)
+    graph = graph.within(rest)
+    rank[rest] = 1 + _without_empty(graph.cut(ranks - 1), ranks - 1)
     return rank
-
-
-class CellGraph:
-    """Cells that share a face: the neighbours of cell c are near[start[c] : start[c + 1]], ascending."""
-
-    def __init__(self, start: IntArray, near: np.ndarray) -> None:
-        self.start, self.near = start, near
-
-    @classmethod
-    def of(cls, blocks: Blocks, node_count: int) -> CellGraph:
-        """Make the graph of the cells of a mesh."""
-        keys = np.concatenate([cell_face_keys(cells, kind, node_count) for kind, cells in blocks])
-        owners, first = [], 0
-        for kind, cells in blocks:
-            faces = len(cell_face_keys(cells[:1], kind, node_count))
-            owners.append(np.repeat(np.arange(first, first + len(cells), dtype=np.int32), faces))
-            first += len(cells)
-        owner, left, right = np.concatenate(owners), [], []
-        shares = (keys >> np.uint64(64 - SHARES.bit_length() + 1)).astype(np.uint8)
-        for share in range(SHARES):
-            faces_of_share = np.flatnonzero(shares == share)
-            own = keys[faces_of_share]
-            order = np.argsort(own, kind="stable")
-            own, cell = own[order], owner[faces_of_share[order]]
-            twice = np.flatnonzero(own[1:] == own[:-1])
-            left.append(cell[twice])
-            right.append(cell[twice + 1])
-        del keys, owner, shares
-        return cls.from_pairs(np.concatenate(left), np.concatenate(right), first)
-
-    @classmethod
-    def from_pairs(cls, left: IntArray, right: IntArray, count: int) -> CellGraph:
-        """Make the graph of `count` cells from pairs of neighbours, each given once."""
-        pairs = np.concatenate([left, right]).astype(np.int64) * count
-        pairs += np.concatenate([right, left])
-        pairs.sort()
-        start = np.searchsorted(pairs, np.arange(count + 1) * count)
-        return cls(start, (pairs % count).astype(np.int32))
-
-    def within(self, chosen: IntArray) -> CellGraph:
-        """Return the graph of some cells, ascending, in their order."""
-        place = np.full(len(self.start) - 1, -1, dtype=np.int32)
-        place[chosen] = np.arange(len(chosen))
-        near, rows = place[self.near], np.repeat(place, np.diff(self.start))
-        inside = (rows >= 0) & (near >= 0)
-        count = np.bincount(rows[inside], minlength=len(chosen))
-        start = np.zeros(len(chosen) + 1, dtype=np.int64)
-        start[1:] = np.cumsum(count)
-        return CellGraph(start, near[inside])
-
-    def near_of(self, cells: IntArray) -> IntArray:
-        """Return the neighbours of some cells, ascending."""
-        lengths = self.start[cells + 1] - self.start[cells]
-        shift = np.repeat(self.start[cells] - np.concatenate([[0], np.cumsum(lengths)[:-1]]), lengths)
-        return np.unique(self.near[np.arange(int(lengths.sum())) + shift])
-
-    def cut(self, parts: int) -> IntArray:
-        """Return the part [cells] of every cell: equal parts, few neighbours between them."""
-        if parts == 1:
-            return np.zeros(len(self.start) - 1, dtype=np.int64)
-        import pymetis
-
-        options = pymetis.Options(ufactor=UNBALANCE, seed=1)
-        graph = pymetis.CSRAdjacency(self.start.astype(np.int32), self.near.astype(np.int32, copy=False))
-        _, found = pymetis.part_graph(parts, graph, options=options, recursive=True)
-        return np.asarray(found, dtype=np.int64)
 
 
 def _lead(rank: IntArray, together: IntArray, patches: int) -> None:

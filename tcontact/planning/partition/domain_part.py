@@ -9,16 +9,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from ...mesh.geometry import Blocks, cells_at
+from ...mesh.geometry import cells_at
 from ...scene.scene import Scene
 from ..body_plan import BodyPlan, ContactPlan
 from ..domain import Domain
 from ..springs import spring_nodes
 from .body_part import BodyPart, acting_nodes, body_part, no_part
-from .cut import EXTRA_WORK, contact_ranks, cut_beside, cut_cells
+from .cell_graph import CellGraph
+from .cut import EXTRA_WORK, contact_ranks, cut_cells, cut_graph_beside
 from .parts import part_of_rank
 from .shared_contact import (
     BodyShare,
@@ -78,9 +80,12 @@ class PartDomain(Domain):
 
 @dataclass(frozen=True, eq=False)
 class DomainPart:
-    """What one rank has of a domain; bodies: its parts of all bodies of `whole`; domain: of those with cells."""
+    """What one rank has of a domain; bodies: its parts of all bodies of `whole`; domain: of those with cells.
 
-    whole: Domain
+    whole: the domain of all ranks, or its outline (outline.py).
+    """
+
+    whole: Any
     bodies: tuple[BodyPart, ...]
     domain: PartDomain
 
@@ -171,8 +176,7 @@ def shares_contact(domain: Domain, cut: np.ndarray) -> bool:
     """Return whether several ranks have contact cells; cut: what `cut_domain` returns."""
     if domain.contact is None:
         return False
-    touching = _cells_at(mesh_blocks(domain), _marked(int(mesh_starts(domain)[-1]), [contact_in_meshes(domain)]))
-    return bool(cut[touching].any())
+    return bool(cut[_cells_at(domain, [contact_in_meshes(domain)])].any())
 
 
 def cut_domain(domain: Domain, scene: Scene, ranks: int, contact: int | None = None) -> np.ndarray:
@@ -182,45 +186,48 @@ def cut_domain(domain: Domain, scene: Scene, ranks: int, contact: int | None = N
     something keeps it together (`shared_contact.hindrance`).
     Raises `InputError` if it has too few cells.
     """
-    blocks, count = mesh_blocks(domain), int(mesh_starts(domain)[-1])
-    together = _acting_cells(domain, scene, blocks, True)
+    meshes = [plan.body.mesh for plan in domain.bodies]
+    cells = sum(mesh.cell_count for mesh in meshes)
+    together = _acting_cells(domain, scene, True)
     work = _contact_work(domain)
-    if ranks > 1 and domain.contact is not None and not hindrance(scene, domain) and check_receivers(domain):
+    if ranks > 1 and domain.contact is not None and not hindrance(scene, domain):
         nodes = contact_in_meshes(domain)
-        touching = _cells_at(blocks, _marked(count, [nodes]))
-        cells, removal = sum(len(rows) for _, rows in blocks), "full" if domain.contact.block > 1 else "normal"
+        touching = _cells_at(domain, [nodes])
+        removal = "full" if domain.contact.block > 1 else "normal"
         removal = "none" if domain.contact.graph is None else removal
         if contact is None and is_copied(domain) and cells - len(together) >= ranks - 1:
             contact = 1  # every rank does the whole solve: only what does not fit on one is shared
         if contact is None:
             contact = contact_ranks(cells, len(touching), len(nodes), ranks, removal, cells - len(together))
         contact = min(contact, ranks, len(touching))
-        if contact > 1:
-            others = _acting_cells(domain, scene, blocks, False)
+        if contact > 1 and check_receivers(domain):
+            others = _acting_cells(domain, scene, False)
+            blocks, count = mesh_blocks(domain), int(mesh_starts(domain)[-1])
             found = cut_cells(blocks, count, ranks, nodes, work / len(touching), contact, others)
             return found.astype(np.int32)
-    return cut_beside(blocks, count, ranks, together, work).astype(np.int32)
+    for mesh in meshes:
+        mesh.release()
+    return cut_graph_beside(lambda: CellGraph.of_meshes(meshes), cells, ranks, together, work).astype(np.int32)
 
 
-def _acting_cells(domain: Domain, scene: Scene, blocks: Blocks, touching: bool) -> np.ndarray:
+def _acting_cells(domain: Domain, scene: Scene, touching: bool) -> np.ndarray:
     """Return the cells that the first rank must have, ascending; touching: with those of the contact."""
     pairs = zip(domain.numbers, domain.bodies, mesh_starts(domain), strict=False)
     acting = [acting_nodes(plan, spring_nodes(scene, number), touching) + first for number, plan, first in pairs]
-    return _cells_at(blocks, _marked(int(mesh_starts(domain)[-1]), acting))
+    return _cells_at(domain, acting)
 
 
-def _marked(count: int, nodes: list[np.ndarray]) -> np.ndarray:
-    marked = np.zeros(count, dtype=bool)
+def _cells_at(domain: Domain, nodes: list[np.ndarray]) -> np.ndarray:
+    """Return the cells with some of these nodes, ascending; nodes and cells of all bodies one after the other."""
+    starts = mesh_starts(domain)
+    marked = np.zeros(int(starts[-1]), dtype=bool)
     marked[np.concatenate(nodes)] = True
-    return marked
-
-
-def _cells_at(blocks: Blocks, marked: np.ndarray) -> np.ndarray:
-    """Return the cells with marked nodes, ascending."""
-    found, first = [], 0
-    for _, rows in blocks:
-        found.append(cells_at(marked, rows) + first)
-        first += len(rows)
+    found, first = [np.zeros(0, dtype=np.int64)], 0
+    for plan, start in zip(domain.bodies, starts, strict=False):
+        own = marked[start : start + plan.body.mesh.node_count]
+        for rows in plan.body.mesh.portions("cells"):
+            found.append(cells_at(own, rows) + first)
+            first += len(rows)
     return np.concatenate(found)
 
 

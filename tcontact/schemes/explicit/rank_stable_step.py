@@ -8,7 +8,7 @@ vector is that of the whole body, so that the number of ranks changes the result
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 class RankSteps(StableSteps):
     """Estimates the stable step of every body of a domain together with the other ranks.
 
-    steps: searches of the whole bodies; part, own_views: of this rank.
+    steps: searches of the whole bodies, on the first rank; part, own_views: of this rank.
     """
 
     def __init__(
         self,
         force: ForcePass,
-        steps: Sequence[StableStep],
+        steps: Sequence[StableStep | None],
         part: DomainPart,
         own_views: Sequence[BodyView],
         team: Team,
@@ -59,21 +59,22 @@ class RankSteps(StableSteps):
 
 
 class RankStep(StableStep):
-    """The search of one body; whole: that of the whole body; part: of this rank, with its view if it has cells."""
+    """The search of one body.
 
-    def __init__(self, whole: StableStep, part: BodyPart, view: BodyView | None, team: Team) -> None:
-        self.team, self.plan, self.spring_rate = team, part.plan, whole.spring_rate
+    whole: that of the whole body, on the first rank, which then has the contact of a penalty; part: of this rank, with
+    its view if it has cells.
+    """
+
+    def __init__(self, whole: StableStep | None, part: BodyPart, view: BodyView | None, team: Team) -> None:
+        self.team, self.plan = team, part.plan
         self.trial = self.answer = np.zeros(0)
-        self.size, self.bound, self.count = whole.size, None, whole.count
-        self.mass, contact, everyone = part.mass, part.plan.contact, part.whole.contact
-        self.penalty = None
-        if whole.penalty is not None and contact is not None and everyone is not None:
-            of_nodes = np.zeros(len(part.whole.reference))
-            of_nodes[everyone.nodes] = whole.penalty
-            self.penalty = of_nodes[part.nodes[contact.nodes]]
-        self.normals, self.elastic, self.damped = whole.normals, np.inf, np.inf
+        known: Any = None if whole is None else (whole.size, whole.count, whole.spring_rate, whole.normals)
+        self.size, self.count, self.spring_rate, self.normals = team.from_first(known)
+        self.bound, self.elastic, self.damped = None, np.inf, np.inf
+        self.mass, self.penalty = part.mass, _penalty(whole, part, team)
         self.start = None
-        self._begin = whole.first_vector().reshape(-1, 3)[part.nodes].reshape(-1)
+        first = None if whole is None else whole.first_vector().reshape(-1, 3)
+        self._begin = team.shared_out(first, part.nodes).reshape(-1)
         self.damping = None
         if part.whole.viscous_cells:
             force = None if view is None else view.viscous_force
@@ -94,6 +95,18 @@ class RankStep(StableStep):
         return float(self.team.largest(value))
 
 
+def _penalty(whole: StableStep | None, part: BodyPart, team: Team) -> np.ndarray | None:
+    """Return the penalty [k] of the contact nodes of a part, from the first rank; None without them."""
+    if not team.from_first(whole is not None and whole.penalty is not None):
+        return None
+    values = None
+    if whole is not None and whole.plan.contact is not None:
+        values = np.zeros(len(whole.plan.reference))
+        values[whole.plan.contact.nodes] = whole.penalty
+    mine = team.shared_out(values, part.nodes)
+    return None if part.plan.contact is None else mine[part.plan.contact.nodes]
+
+
 def _nothing(_u: np.ndarray, step: np.ndarray) -> np.ndarray:
     """Return the force of no viscous cells."""
     return np.zeros_like(step)
@@ -106,10 +119,13 @@ class RankDamped(DampedStep):
         super().__init__(part.plan, stiffness, viscous, small)  # type: ignore[arg-type]
         self.team, boundary = team, part.plan.boundary
         self.halo = team.exchange(tuple((other, boundary[rows]) for other, rows in part.shared))
-        whole = np.random.default_rng(20071).uniform(-1.0, 1.0, 3 * len(part.whole.reference)).reshape(-1, 3)
-        mine = whole[part.nodes]
+        self.count = 3 * part.whole.node_count
+        whole = None
+        if team.leads:
+            whole = np.random.default_rng(20071).uniform(-1.0, 1.0, self.count).reshape(-1, 3)
+        mine = team.shared_out(whole, part.nodes)
         mine[part.part.owner[part.plan.node_order] != part.part.rank] = 0.0
-        self.start, self.count = mine.reshape(-1), whole.size
+        self.start = mine.reshape(-1)
 
     def _moved(self, p: np.ndarray) -> np.ndarray:
         """Return M^-1 p [3n] with the momenta of all ranks."""

@@ -20,6 +20,7 @@ from ...contact.shared_solve import ResidualShares, SharedSolve
 from ...device import arrays
 from ...device.team import Team
 from ...planning.measured import Layout, combined
+from ...planning.packing import inverse
 from ...planning.partition.domain_part import DomainPart
 from ...scene.contact_models import MasslessContact
 from ...scene.scene import Scene
@@ -66,9 +67,8 @@ class RankState(DomainState):
         self.exchange = self._add
         self._trouble: tuple[int, str] | None = None
         self.counts = team.gathered(np.array(len(part.owned))).astype(np.int64)
-        owned = team.joined(part.nodes[part.owned].astype(float), self.counts).astype(np.int64)
-        self.place = np.empty(len(owned), dtype=np.int64)  # of every node of the whole domain among those gathered
-        self.place[owned] = np.arange(len(owned))
+        # of every node of the whole domain among those collected; on the first rank
+        self.place = inverse(team.lead.collected(part.nodes[part.owned], self.counts).astype(np.int64))
         contact = self.contact
         self.residual_shares = self._shared_contact()
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
@@ -159,8 +159,14 @@ class RankState(DomainState):
         return *sums, *(float(one.max()) for one in others)
 
     def whole(self, values: np.ndarray) -> np.ndarray:
-        """Return values [n, ..] of the nodes of the whole domain from those of all ranks."""
-        return self.team.joined(values[self.part.owned], self.counts)[self.place]
+        """Return values [n, ..] of the nodes of the whole domain on the first rank, and none on the others."""
+        return self.team.lead.collected(values[self.part.owned], self.counts)[self.place]
+
+    def whole_on_all(self, values: np.ndarray) -> np.ndarray:
+        """Return values [n, ..] of the nodes of the whole domain on all ranks."""
+        owned = self.part.owned
+        numbers = self.team.joined(self.part.nodes[owned].astype(float), self.counts).astype(np.int64)
+        return self.team.joined(values[owned], self.counts)[inverse(numbers)]
 
     @property
     def rows_at_once(self) -> int:
@@ -200,8 +206,8 @@ class RankState(DomainState):
         """Return why the static solve of a body did not converge in the last row, or None."""
         return self._trouble[1] if self._trouble is not None and self._trouble[0] == number else None
 
-    def searches(self, steps: Sequence[StableStep]) -> StableSteps:
-        """Return the search for the stable step; steps: those of the whole bodies."""
+    def searches(self, steps: Sequence[StableStep | None]) -> StableSteps:
+        """Return the search for the stable step; steps: those of the whole bodies, of which the first rank knows."""
         return RankSteps(self.internal_force.without_boundary(), steps, self.part, self.own_views, self.team)
 
     def over_ranks(self, values: np.ndarray) -> np.ndarray:

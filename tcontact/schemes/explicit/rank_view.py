@@ -1,7 +1,8 @@
 """A whole body of a run on several ranks, as frames, results, guards and watches read it.
 
-Every rank calls the same methods, and every rank gets the values of the whole body: those of nodes and cells are
-gathered from all ranks, those of the contact come from the first one, or from all ranks that share it.
+Either all ranks call a method, or the first one does while it acts alone (device/lead.py). It gets the values of the
+whole body: those of nodes and cells are collected from all ranks, and the others get none. Values of the contact come
+from the first rank, or from all that share it; where all ranks ask for them, all get them.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ import numpy as np
 
 from ...cells.point_state import shape_of
 from ...device import arrays
+from ...device.lead import led
 from ...device.team import Team
 from ...friction_layer import LayerState
 from ...planning.partition.domain_part import DomainPart
+from ...planning.partition.outline import BodyOutline
 from ...results.smoothness import PressureRecord
 from ...scene.contact_models import MasslessContact
 from ...scene.friction_models import FrictionLayer
@@ -37,7 +40,7 @@ class Shared(Stepped, Protocol):
         ...
 
     def whole(self, values: np.ndarray) -> np.ndarray:
-        """Return values [n, ..] of the nodes of the whole domain from those of all ranks."""
+        """Return values [n, ..] of the nodes of the whole domain on the first rank, and none on the others."""
         ...
 
     def trouble_of(self, number: int) -> str | None:
@@ -46,13 +49,20 @@ class Shared(Stepped, Protocol):
 
 
 class RankView(BodyView):
-    """Values of a whole body; number: of the body in the whole domain."""
+    """Values of a whole body; number: of the body in the whole domain.
+
+    plan: that of the whole body, of which ranks other than the first may have the outline alone; led_as: number of the
+    view where the first rank acts alone.
+    """
 
     state: Shared
+    plan: Any
 
     def __init__(self, state: Shared, number: int) -> None:
         whole, self.state, self._number = state.part.whole, state, number
         self.plan, self.part, self.team = whole.bodies[number], state.part.bodies[number], state.team
+        self.lead = state.team.lead
+        self.led_as = self.lead.joined_by(self)
         self._nodes = slice(int(whole.node_start[number]), int(whole.node_start[number + 1]))
         self._contact = slice(int(whole.contact_start[number]), int(whole.contact_start[number + 1]))
         there = state.part.there
@@ -76,12 +86,19 @@ class RankView(BodyView):
     @property
     def start_velocity(self) -> np.ndarray:
         """Velocity [n, 3] [m/s] at the start, in the numbering of the plan."""
+        return self.first_velocity()
+
+    @led
+    def first_velocity(self) -> np.ndarray:
+        """Return `start_velocity`."""
         return self.state.whole(self.state.start_velocity)[self._nodes]
 
+    @led
     def latest(self) -> np.ndarray:
         """Return the present displacement [n, 3] [m], internal numbering."""
         return self._whole(self.state.u)
 
+    @led
     def half_step_velocity(self) -> np.ndarray:
         """Return the present velocity [n, 3] of the components with mass, internal numbering."""
         return self._whole(self.state.v)
@@ -92,6 +109,11 @@ class RankView(BodyView):
             return self._of_first(lambda own: own.massless_velocity(dt))
         if not isinstance(self.state.scene.contact, MasslessContact):
             return None
+        return self.shared_velocity(dt)
+
+    @led
+    def shared_velocity(self, dt: float) -> np.ndarray:
+        """Return `massless_velocity` from the ranks that share the contact."""
         contact = self.state.contact
         return self._of_contact(np.zeros((0, 3)) if contact is None else contact.velocity(self.state.u, dt))
 
@@ -100,19 +122,19 @@ class RankView(BodyView):
         return self.state.whole_contact(values)[self._contact]
 
     def _of_first(self, read: Callable[[BodyView], Any]) -> Any:
-        """Return what the first rank reads from its part, on all ranks; None if it has no part of the body."""
-        return self.team.from_first(read(self.own) if self.team.leads and self.own is not None else None)
+        """Return what the first rank reads from its part; None if it has no part of the body.
+
+        Where it does not act alone, all ranks get it.
+        """
+        found = read(self.own) if self.team.leads and self.own is not None else None
+        return found if self.lead.acting else self.team.from_first(found)
 
     def _nodal(self, read: Callable[[BodyView], np.ndarray], elsewhere: float) -> np.ndarray:
         """Return values [n] that the first rank reads, in the user's numbering, and a value at all other nodes."""
-
-        def placed(own: BodyView) -> np.ndarray:
-            result = np.full(len(self.plan.reference), elsewhere)
-            result[self.part.part.nodes] = read(own)
-            return result
-
-        found = self._of_first(placed)
-        return np.full(len(self.plan.reference), elsewhere) if found is None else np.asarray(found)
+        result = np.full(self.plan.node_count if self.team.leads else 0, elsewhere)
+        if self.team.leads and self.own is not None:
+            result[self.part.part.nodes] = read(self.own)
+        return result
 
     def pose(self, obstacle: Obstacle) -> tuple[np.ndarray, np.ndarray]:
         """Return centre [3] [m] and axes (rows) [3, 3] of an obstacle that moves freely, like `latest`."""
@@ -122,31 +144,43 @@ class RankView(BodyView):
     def contact_areas(self) -> np.ndarray:
         """Return the area [n] [m^2] that the contact force on every node acts on, in the user's numbering; else 0."""
         if self._shared:
-            result, contact, own = self.plan.contact_areas(), self.plan.contact, self.state.contact
+            result, contact = self.plan.contact_areas(), self.plan.contact
             if contact is not None and self.state.part.whole.pairs:
-                pairs = None if own is None else own.pairs
-                covered = self._of_contact(np.zeros(0) if pairs is None else pairs.covered_areas())
+                covered = self.shared_cover()
                 there = covered > 0.0
                 nodes = self.plan.node_order[contact.nodes[there]]
                 result[nodes] = np.maximum(covered[there], COVERED * result[nodes])
             return result
         return self._nodal(lambda own: own.contact_areas(), 0.0)
 
+    @led
+    def shared_cover(self) -> np.ndarray:
+        """Return the areas [k] [m^2] of contact nodes that partners cover, from the ranks that share the contact."""
+        own = self.state.contact
+        pairs = None if own is None else own.pairs
+        return self._of_contact(np.zeros(0) if pairs is None else pairs.covered_areas())
+
     def contact_node_force(self) -> np.ndarray:
         """Return the contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
         if self._shared:
-            contact = self.state.contact
-            return self._of_contact(np.zeros((0, 3)) if contact is None else contact.contact_node_forces())
+            return self.shared_force()
         found = self._of_first(lambda own: own.contact_node_force())
         count = 0 if self.plan.contact is None else len(self.plan.contact.nodes)
         return np.zeros((count, 3)) if found is None else np.asarray(found)
+
+    @led
+    def shared_force(self) -> np.ndarray:
+        """Return `contact_node_force` from the ranks that share the contact."""
+        contact = self.state.contact
+        return self._of_contact(np.zeros((0, 3)) if contact is None else contact.contact_node_forces())
 
     def pressure_record(self) -> PressureRecord | None:
         """Return an empty record for the pressures of the contact nodes; None without any."""
         contact = self.plan.contact
         if not self.state.touching or contact is None or not len(contact.nodes):
             return None
-        return PressureRecord(self.plan.node_order[contact.nodes], contact.areas, self.plan.body.contact_faces)
+        nodes = contact.nodes if isinstance(self.plan, BodyOutline) else self.plan.node_order[contact.nodes]
+        return PressureRecord(nodes, contact.areas, self.plan.body.contact_faces)
 
     def layer_fields(self) -> dict[str, np.ndarray]:
         """Return surface temperature [n] [K] and shear stress [n] [Pa] of the layers; elsewhere the start and 0."""
@@ -160,17 +194,20 @@ class RankView(BodyView):
         """Return slip path [n] [m] and friction work [n] [J/m^2] of the nodes up to the last row; elsewhere 0."""
         names = ("slip_distance", "friction_work")
         if self._shared:
-            contact = self.state.contact
-            record = (
-                None if contact is None or contact.friction is None else np.stack(contact.friction.record(), axis=1)
-            )
-            slip, work = self._of_contact(np.zeros((0, 2)) if record is None else record).T
-            fields = {name: np.zeros(len(self.plan.reference)) for name in names}
+            slip, work = self.shared_friction().T
+            fields = {name: np.zeros(self.plan.node_count) for name in names}
             if self.plan.contact is not None:
                 nodes = self.plan.contact.nodes
                 fields["slip_distance"][nodes], fields["friction_work"][nodes] = slip, work / self.plan.contact.areas
             return {name: self.plan.to_user(values) for name, values in fields.items()}
         return {name: self._nodal(lambda own, n=name: own.friction_fields()[n], 0.0) for name in names}  # type: ignore[misc]
+
+    @led
+    def shared_friction(self) -> np.ndarray:
+        """Return slip path [m] and friction work [J] of the contact nodes [k, 2] from the ranks that share them."""
+        contact = self.state.contact
+        record = None if contact is None or contact.friction is None else np.stack(contact.friction.record(), axis=1)
+        return self._of_contact(np.zeros((0, 2)) if record is None else record)
 
     def layers(self) -> LayerState | None:
         """Return the present friction layers; None without any."""
@@ -188,42 +225,58 @@ class RankView(BodyView):
             nodes = np.searchsorted(self.part.part.nodes, layers.nodes)
             self.own.take_over_layers(replace(layers, nodes=nodes))
 
-    def _cells(self, own: np.ndarray, numbers: np.ndarray, result: np.ndarray) -> np.ndarray:
-        """Put values of the cells with these numbers into a result, on all ranks."""
+    def _cells(self, own: np.ndarray, numbers: np.ndarray, count: int) -> np.ndarray:
+        """Return values [count, ..] of all cells from those of each rank, which have these numbers, else 0."""
         counts = self.team.gathered(np.array(len(numbers))).astype(np.int64)
-        everyone = self.team.joined(numbers.astype(float), counts).astype(np.int64)
-        result[everyone] = self.team.joined(own, counts)
+        everyone = self.lead.collected(numbers, counts).astype(np.int64)
+        values = self.lead.collected(own, counts)
+        result = np.zeros((count if self.team.leads else 0, *own.shape[1:]))
+        result[everyone] = values
         return result
 
+    def _shapes(self) -> list[list[tuple[int, int]]]:
+        """Return for every block of every body of the domain `shape_of` its cells, on all ranks."""
+        whole = self.state.part.whole
+        if not self.team.leads:
+            return self.team.from_first([])
+        return self.team.from_first(
+            [[shape_of(block) for block in whole.blocks if block.body is body] for body in whole.bodies]
+        )
+
+    @led
     def point_state(self) -> np.ndarray:
         """Return the mean state [cells, numbers] of the points of every cell in the user's numbering."""
-        whole = self.state.part.whole
-        size = max(shape_of(block)[1] for block in whole.blocks)
+        size = max(numbers for shapes in self._shapes() for _, numbers in shapes)
         cells = self.part.part.cells
         own = np.zeros((len(cells), size))
         if self.own is not None:
             part = self.own.point_state()
             own[:, : part.shape[1]] = part
-        return self._cells(own, cells, np.zeros((self.plan.body.mesh.cell_count, size)))
+        return self._cells(own, cells, self.plan.body.mesh.cell_count)
 
+    @led
     def strains(self) -> np.ndarray:
         """Return the largest plastic strain [cells] of the points of every cell, in the user's numbering."""
         own = np.zeros(0) if self.own is None else self.own.strains()
-        return self._cells(own, self.part.part.cells, np.zeros(self.plan.body.mesh.cell_count))
+        return self._cells(own, self.part.part.cells, self.plan.body.mesh.cell_count)
 
+    @led
     def points(self) -> tuple[np.ndarray, ...]:
         """Return the state of the points of every block of the body, see `PointState.blocks_of_body`."""
-        mesh, found = self.plan.body.mesh, []
+        found = []
         mine = {} if self.own is None else dict(zip(self._kinds(self.own), self.own.points(), strict=True))
-        everyone = np.arange(mesh.cell_count)
-        blocks = self.state.part.whole.blocks
-        shapes = [shape_of(block) for block in blocks if block.body is self.plan]
-        for block, shape in zip(self.plan.body.blocks, shapes, strict=True):
+        everyone = np.arange(self.plan.body.mesh.cell_count)
+        for block, shape in zip(self.plan.body.blocks, self._shapes()[self._number], strict=True):
             numbers = everyone[block.numbers]
             here = np.flatnonzero(np.isin(numbers, self.part.part.cells, assume_unique=True))
             own = mine.get((block.kind, block.region), np.zeros((0, *shape)))
-            found.append(self._cells(own, here, np.zeros((len(numbers), *shape))))
+            found.append(self._cells(own, here, len(numbers)))
         return tuple(found)
+
+    def points_on_all(self) -> tuple[np.ndarray, ...]:
+        """Return `points` on all ranks, which call it."""
+        found: tuple[np.ndarray, ...] = self.team.from_first(self.points())
+        return found
 
     @staticmethod
     def _kinds(view: BodyView) -> list[tuple[str, str | None]]:

@@ -1,0 +1,114 @@
+"""What the first rank does alone, with values of all ranks where it needs them.
+
+    first rank:   act, and for every value of all ranks in it: name it to the others, collect it
+    others:       follow: do their part of what is named, until the first one has done
+
+So frames, results and looks at whole bodies need arrays of whole bodies on the first rank only, and code that reads
+them need not know what it needs before it runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..base.errors import FunctionError, InputError, OutputError
+
+Value = TypeVar("Value")
+
+
+class Lead:
+    """Lets the first rank of a communicator act, while the others follow.
+
+    acting: the first rank acts, here; the others wait for what it names.
+    """
+
+    def __init__(self, comm: Any) -> None:
+        self.comm, self.leads, self.acting = comm, int(comm.Get_rank()) == 0, False
+        self._known: dict[int, Any] = {}  # by numbers, the same on all ranks
+
+    def joined_by(self, thing: Any) -> int:
+        """Make an object known whose methods `led` marks, in the same order on all ranks; return its number."""
+        self._known[len(self._known)] = thing
+        return len(self._known) - 1
+
+    def act(self, act: Callable[[], Value]) -> Value | None:
+        """Return what the first rank gets from a function; None on the others, which follow.
+
+        Raises its `InputError`, `OutputError` or `FunctionError` on all ranks.
+        """
+        return self._act(act, False)
+
+    def decide(self, act: Callable[[], Value]) -> Value:
+        """Return what the first rank gets from a function, on all ranks; raises as `act`."""
+        found: Any = self._act(act, True)
+        return found
+
+    def _act(self, act: Callable[[], Value], told: bool) -> Value | None:
+        if not self.leads:
+            return self._follow()
+        found = error = None
+        self.acting = True
+        try:
+            found = act()
+        except (InputError, OutputError, FunctionError) as own:
+            error = own
+        finally:
+            self.acting = False
+        self.comm.bcast((None, error, found if told and error is None else None))
+        if error is not None:
+            raise error
+        return found
+
+    def _follow(self) -> Any:
+        """Do what the first rank names until it has done; return what it tells."""
+        while True:
+            number, *given = self.comm.bcast(None)
+            if number is None:
+                error, found = given
+                if error is not None:
+                    raise error
+                return found
+            name, words = given
+            getattr(self._known[number], name)(*words)
+
+    @contextmanager
+    def naming(self, number: int, name: str, given: tuple[Any, ...]) -> Iterator[None]:
+        """Let the others call a method of their object of this number, if the first rank acts."""
+        acting = self.acting
+        if acting:
+            self.comm.bcast((number, name, given))
+        self.acting = False
+        try:
+            yield
+        finally:
+            self.acting = acting
+
+    def collected(self, values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """Return the rows of all ranks on the first one, one rank after the other, and no rows on the others.
+
+        counts [ranks]: number of rows of each.
+        """
+        own = np.ascontiguousarray(values, dtype=np.float64)
+        found = np.empty((int(counts.sum()) if self.leads else 0, *own.shape[1:]))
+        width = int(np.prod(own.shape[1:], dtype=np.int64))
+        self.comm.Gatherv(own, [found, [int(count) * width for count in counts]] if self.leads else None)
+        return found
+
+
+def led(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Let the other ranks call a method too wherever the first one, which acts alone, calls it.
+
+    Its object has the attributes lead (`Lead`) and led_as: its number there.
+    """
+
+    @wraps(method)
+    def called(self: Any, *given: Any) -> Any:
+        with self.lead.naming(self.led_as, method.__name__, given):
+            return method(self, *given)
+
+    return called

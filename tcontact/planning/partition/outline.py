@@ -1,0 +1,100 @@
+"""What ranks other than the first know of a whole plan: names and counts, no arrays of nodes or cells.
+
+The first rank plans the whole scene, cuts it and gives every rank its part (run/rank_plan.py). What a run needs of
+whole bodies beside that, the first rank does alone (device/lead.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...scene.body import Body
+from ...scene.scene import Scene
+from ..body_plan import BodyPlan, ContactPlan
+from ..measured import Layout
+from ..planning import Plan
+
+
+@dataclass(frozen=True, eq=False)
+class BodyOutline:
+    """The outline of a planned body.
+
+    support_rows [r]: as in `BodyPlan`; contact: without its graph and basis, `nodes` [k] in the user's numbering.
+    """
+
+    label: str
+    body: Body
+    node_count: int
+    support_rows: np.ndarray
+    viscous_cells: bool
+    contact: ContactPlan | None
+
+
+@dataclass(frozen=True, eq=False)
+class DomainOutline:
+    """The outline of a domain; its attributes are those of `Domain`."""
+
+    bodies: tuple[BodyOutline, ...]
+    numbers: tuple[int, ...]
+    node_start: np.ndarray
+    contact_start: np.ndarray
+    mixed: bool
+
+
+@dataclass(frozen=True, eq=False)
+class PlanOutline:
+    """The outline of a plan; its attributes are those of `Plan`."""
+
+    scene: Scene
+    bodies: tuple[BodyOutline, ...]
+    domains: tuple[DomainOutline, ...]
+    terms: tuple[str, ...]
+    layout: Layout
+    factors: dict[str, float]
+
+
+def forget_cells(planned: Plan | PlanOutline) -> None:
+    """Let a plan forget the nodes of its cells, which nothing needs once the run of every rank is made.
+
+    Values of whole bodies need the order of nodes and cells, their masses and what their blocks are.
+    """
+    if isinstance(planned, PlanOutline):
+        return
+    for domain in planned.domains:
+        domain.__dict__.pop("blocks", None)
+    for plan in planned.bodies:
+        plan.__dict__["blocks"] = tuple(replace(one, cells=np.array(one.cells[:0])) for one in plan.blocks)
+        plan.__dict__["cells"] = np.array(plan.cells[:0])
+        plan.body.mesh.release()
+
+
+def told(planned: Plan) -> dict[str, Any]:
+    """Return the outline of a plan as plain data, which hold nothing of the scene."""
+    bodies = [
+        {"label": one.label, "node_count": one.node_count, "support_rows": one.support_rows,
+         "viscous_cells": one.viscous_cells, "contact": _contact_told(one)}
+        for one in planned.bodies
+    ]  # fmt: skip
+    domains = [
+        {"numbers": one.numbers, "node_start": one.node_start, "contact_start": one.contact_start, "mixed": one.mixed}
+        for one in planned.domains
+    ]
+    return {"bodies": bodies, "domains": domains, "terms": planned.terms, "layout": planned.layout,
+            "factors": planned.factors}  # fmt: skip
+
+
+def _contact_told(plan: BodyPlan) -> ContactPlan | None:
+    contact = plan.contact
+    if contact is None:
+        return None
+    return replace(contact, nodes=plan.node_order[contact.nodes], all_nodes=np.zeros(0), basis=None, graph=None)
+
+
+def outlined(scene: Scene, known: dict[str, Any]) -> PlanOutline:
+    """Return the outline of the plan of a scene from what `told` says of it."""
+    bodies = tuple(BodyOutline(body=body, **one) for one, body in zip(known["bodies"], scene.bodies, strict=True))
+    domains = tuple(DomainOutline(tuple(bodies[n] for n in one["numbers"]), **one) for one in known["domains"])
+    return PlanOutline(scene, bodies, domains, known["terms"], known["layout"], known["factors"])

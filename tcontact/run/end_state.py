@@ -1,0 +1,37 @@
+"""The state of all bodies at the end of a run, as the result has it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..cells.point_state import has_state, metal_fields
+from ..scene.scene import Scene
+from ..schemes.explicit.body_view import BodyView
+from .snapshot import Snapshot
+
+
+def end_state(scene: Scene, states: list[BodyView], last: Snapshot) -> dict[str, Any]:
+    """Return the fields of the result with values of nodes and cells; last: the state at the end."""
+    return {
+        "position": _positions(scene, last.displacements),
+        "velocity": np.concatenate(last.velocities()),
+        "contact_node_force": np.concatenate([state.contact_force() for state in states]),
+        "layers": tuple(state.layers() for state in states),
+        "metals": metal_fields(states) if scene.plastic else {},
+        "points": tuple(state.points() for state in states) if has_state(scene) else (),
+    }
+
+
+def _positions(scene: Scene, displacements: list[np.ndarray]) -> np.ndarray:
+    """Return the positions [n, 3] [m] of the nodes of all bodies; displacements [m]: of each."""
+    result, start = np.empty((sum(map(len, displacements)), 3)), 0
+    for body, displacement in zip(scene.bodies, displacements, strict=True):
+        first = 0
+        for nodes in body.mesh.portions("nodes"):
+            last = first + len(nodes)
+            np.add(nodes, displacement[first:last], out=result[start + first : start + last])
+            first = last
+        start += first
+    return result

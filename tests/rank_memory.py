@@ -1,0 +1,54 @@
+"""Who has what of a run: `mpiexec -n P python rank_memory.py FOLDER`; the first rank reports.
+
+Ranks other than the first refuse to make all nodes or cells of their box, and to plan: the run ends if they try. With
+"alone" as a second word the last rank asks for the values of all ranks while the others start a run.
+"""
+
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+from rank_scenes import block
+
+import tcontact as tc
+from tcontact.device import ranks
+from tcontact.mesh.box_arrays import BoxMesh
+from tcontact.planning import planning
+
+warnings.simplefilter("ignore")
+first, last = ranks.is_first_rank(), ranks.launched()[1] == ranks.launched()[0] - 1
+
+
+def refuse(*_given, **_named):
+    """Fail where a rank makes what it shall not have."""
+    raise AssertionError("a rank other than the first has a whole mesh or plan")
+
+
+if not first:
+    BoxMesh.nodes = BoxMesh.cells = property(refuse)
+    planning._plan_body = refuse
+
+mesh = tc.box_mesh((0.1, 0.08, 0.12), (4, 3, 5)).translated((0.0, 0.0, 1e-4)).with_sets(cell_sets={"low": [0, 1]})
+body = tc.Body(mesh, tc.NeoHookean(2.3e7, 0.27, 1350.0), velocity=(1.0, 0.5, -8.0), contact="zmin")
+other = block(at=(0.5, 0.0, 0.0), counts=(3, 3, 3), velocity=(0.0, 0.0, 0.0))
+scene = tc.Scene([body, other], [tc.Plane()], 1e-3, contact=tc.MasslessContact(), gravity=(0.0, 0.0, -9.81))
+result = tc.simulate(scene, frames=3, fields="all", out=Path(sys.argv[1]) / "run", threads=1, pressures=True)
+if sys.argv[2:] == ["alone"] and last:
+    result.on_all_ranks()
+said = ""
+try:
+    result.position
+except tc.InputError as error:
+    said = str(error)
+again = tc.simulate(scene, initial=result.reversed(), threads=1)
+whole = result.on_all_ranks()
+told = whole.position.sum(), whole.velocity.sum(), whole.steps, whole.ok, len(whole.contact_pressures)
+everyone = ranks.communicator().gather((said, told, result.history["energy"][-1]))
+if first:
+    print("refused", sum("Result.position = 'on rank " in said for said, *_ in everyone))
+    print("remedy", everyone[1][0].partition("or call ")[2])
+    print("alike", len({told for _, told, _ in everyone}), len({energy for *_, energy in everyone}))
+    there = [one.position[one.nodes_of(scene.label(1))] for one in (whole, again)]  # it has fallen, and climbs back
+    fallen, missing = (np.abs(place - other.mesh.nodes).max() for place in there)
+    print("back", missing / fallen)
