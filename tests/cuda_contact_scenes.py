@@ -275,7 +275,7 @@ COUNTED = ("normal", "wedged", "slowed", "repelled", "swept", "paved")  # those 
 
 
 # those that run once more with several blocks of threads, which few nodes do not get by themselves
-SHARED = ("ball", "pressed")
+SHARED = ("ball",)
 
 
 def state_of(name):
