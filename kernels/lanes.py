@@ -47,9 +47,9 @@ MAXIMUM_ROWS = 256  # time levels in one launch of a small domain
 # a power of two between these; values that one thread adds up in a stage of the sums over all threads; rows of a block
 # of steps whose sums stay on the device
 DEVICE_BLOCK, FEWEST_THREADS, MOST_THREADS, FOLD, DEVICE_ROWS = 128, 1024, 1 << 16, 32, 32
-# threads of the one block that steps the boundary nodes there (language/threads.py), numbers that it combines at once,
-# and groups of threads that do it
-BLOCK_THREADS, BLOCK_NUMBERS, GROUPS = 256, 16, 16
+# threads of the one block that steps the boundary nodes there (language/threads.py), which has 128 registers for each;
+# numbers that the threads of a block combine at once
+BLOCK_THREADS, BLOCK_NUMBERS = 256, 16
 # numbers of a part, the ordinary or the contact cells of a block: first and end lane among those of its kind of cells;
 # count of cells without the lanes that fill up the last pack; starts of pack 0 in `connectivity`, of the material in
 # `params`, of pack 0 in `memory` and of its stored shapes in `position`

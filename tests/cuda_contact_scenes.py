@@ -281,7 +281,7 @@ COUNTED = ("normal", "wedged", "slowed", "repelled", "swept", "paved", "baked") 
 
 
 # those that run once more with several blocks of threads, which few nodes do not get by themselves
-SHARED = ("ball", "pressed")
+SHARED = ("ball",)
 
 
 def state_of(name):

@@ -111,7 +111,7 @@ def main(out: str) -> None:
     reverse = "FAKE_CUDA_REVERSE" in os.environ
     for name in cuda_contact_scenes.REVERSED if reverse else cuda_contact_scenes.SCENES:
         found |= {f"{name}/{key}": value for key, value in cuda_contact_scenes.run(name, "cuda").items()}
-    for name in cuda_contact_scenes.SHARED:
+    for name in () if reverse else cuda_contact_scenes.SHARED:
         found |= {f"shared-{name}/{key}": value for key, value in by_several_blocks(name).items()}
     found |= {f"short/{key}": value for key, value in short_of_passes().items()}
     if cuda_contact_scenes.SLOW and not reverse:

@@ -51,6 +51,15 @@ state.begin_contact(dt)
 for row in range(8):
     state.advance(dt / 2, dt / 2, dt, row * dt, (dt, dt), 1)
 """
+SPREAD = """
+from tcontact.planning import device_blocks
+device_blocks.MANY_NODES = device_blocks.MANY_SWEPT = 1
+"""
+PLATE = """
+box = tc.box_mesh(size=(0.1, 0.1, 0.2 / int(sys.argv[1])), cells=(int(sys.argv[1]), int(sys.argv[1]), 2))
+body = tc.Body(box, tc.NeoHookean(1e7, 0.3, 1000.0), contact=["zmin"])
+scene = tc.Scene([body], [tc.Plane()], 1e-3, contact=tc.MasslessContact(removal="normal"))
+"""
 LINE = re.compile(r"device_step\w*_kernel_\d+_range_for: f64 [a-z/]+ (\d+), div/sqrt (\d+), .* stored (\d+)")
 BLOCK = re.compile(r"(device_\w+)_c\w+_kernel_(\d)_range_for: .* loaded (\d+) stored (\d+) local (\d+)")
 
@@ -112,3 +121,20 @@ def test_bytes_of_the_one_block_are_those_of_the_model(tmp_path):
     passes = [moved for moved in found["device_pass"] if moved > 0.5 * judging][4:]  # without those that find tangents
     assert max(passes) == pytest.approx(solving, rel=0.1)
     assert min(passes) == pytest.approx(judging, rel=0.1)
+
+
+def test_bytes_of_several_blocks_are_those_of_the_model(tmp_path):
+    """The bytes of the boundary nodes and of a sweep, by the launches of several blocks; a plate, with few cells."""
+    plate = CONTACT.replace('scene = block("hex8", "neo-hookean", int(sys.argv[1]), "normal")', PLATE)
+    size, model = 16, device_model.SPREAD["frictionless"]
+    found: dict[tuple[str, int], int] = {}
+    for line in map(BLOCK.match, counted(tmp_path, SPREAD + plate, str(size), "")):
+        if line:
+            place = line[1], int(line[2])
+            found[place] = max(found.get(place, 0), sum(map(int, line.groups()[2:])))
+    nodes = (size + 1) ** 2  # of four blocks
+    parts = {"device_contact_step": (model.boundary, (2, 3)), "device_sweep": (model.sweep, (1, 2, 3, 4))}
+    for name, (part, launches) in parts.items():
+        moved = sum(found[name, number] for number in launches)
+        assert moved == pytest.approx(part.moved * nodes + part.by_block * 4, rel=0.05), name
+    assert found["device_sweep", 0] == pytest.approx(model.sweep.once, rel=0.05)

@@ -66,7 +66,7 @@ def test_a_large_cube_with_contact_meets_the_bound_of_the_model(contact):
     """128^3 hexahedra on a plane within 1 ms a step, 256^3 within 8 ms: several blocks of threads take their nodes."""
     for size, bound in ((128, 1e-3), (256, 8e-3)):
         added = sum(device_model.contact_seconds(size, contact))
-        assert 0.1e-3 < added < 0.5e-3
+        assert 0.1e-3 < added < 0.6e-3
         assert device_model.model("hex8", "neo-hookean", size)["step_s"] + added <= bound
 
 

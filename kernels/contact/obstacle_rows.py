@@ -112,8 +112,10 @@ def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.temp
     """Set the smallest gap of the contact sets to any obstacle, of the rows and of nodes without rows."""
     smallest = UNREACHED
     if ti.static(rows.exist):
-        for turn in range(turns(contact, ti.static(rows.options.slots) * node_count(contact))):
-            smallest = ti.min(smallest, number_of(rows, item(contact, turn), rows.at.gap))
+        for turn in range(turns(contact, node_count(contact))):
+            for p in range(ti.static(rows.options.slots)):
+                r = item(contact, turn) * rows.options.slots + p
+                smallest = ti.min(smallest, number_of(rows, r, rows.at.gap))
     begin = first_other(contact, 0)
     for turn in range(turns(contact, first_other(contact, island_count(contact)) - begin)):
         k = begin + item(contact, turn)

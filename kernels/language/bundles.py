@@ -7,7 +7,7 @@ have is None. In the shapes below n are nodes, s boundary nodes, k contact nodes
 
 from typing import Any, NamedTuple
 
-from ..lanes import BLOCK_THREADS, SWEEP_LANES
+from ..lanes import BLOCK_NUMBERS, DEVICE_BLOCK, SWEEP_LANES
 from .arguments import Array, Index, Shared
 from .joint_lists import JointList
 
@@ -179,7 +179,7 @@ class Contact(NamedTuple):
 
     def at_place(self, blocks: int, place: Any) -> "Contact":
         """Return the bundle for a thread of a launch of several blocks."""
-        options = self.options._replace(threads=blocks * BLOCK_THREADS, blocks=blocks)
+        options = self.options._replace(threads=blocks * DEVICE_BLOCK, blocks=blocks)
         return self._replace(options=options, place=place)
 
 
@@ -300,6 +300,16 @@ class ContactOptions(NamedTuple):
     blocks: int = 1
     shared: bool = False
     layers: LayerOptions | None = None
+
+    @property
+    def block_threads(self) -> int:
+        """Return the threads of a block."""
+        return self.threads // self.blocks
+
+    @property
+    def groups(self) -> int:
+        """Return how many threads of a block combine the values of one number."""
+        return self.block_threads // BLOCK_NUMBERS
 
     @property
     def obstacle_slots(self) -> int:

@@ -17,7 +17,7 @@ such as the nodes of an island, each thread takes those that it takes of all (`t
 """
 
 from ..engine import ti
-from ..lanes import BLOCK_NUMBERS, BLOCK_THREADS, GROUPS
+from ..lanes import BLOCK_NUMBERS
 
 
 @ti.func
@@ -100,35 +100,37 @@ def over_threads(contact: ti.template(), values, combine: ti.template()):
 
 @ti.func
 def over_block(contact: ti.template(), values, combine: ti.template()):
-    """Return each of a list of values combined over the threads of this block.
+    """Return each of a list of values combined over the threads of this block, of which there is one or several.
 
-    The threads store their values; GROUPS threads for each number combine those of threads j, j + GROUPS, ...; then
-    every thread combines these. `contact.shared` has room for both stages, of every block.
+    The threads store their values; a group of threads for each number combines those of threads j, j + groups, ...;
+    then every thread combines these. `contact.shared` has room for both stages, of every block.
     """
-    groups = fold_in_groups(contact, values, combine)
+    groups = ti.static(contact.options.groups)
+    first = fold_in_groups(contact, values, combine)
     result = [values[k] for k in range(len(combine))]
     for k, how in ti.static(enumerate(combine)):
-        result[k] = fold(contact.shared, groups + k * GROUPS, 1, GROUPS, how)
+        result[k] = fold(contact.shared, first + k * groups, 1, groups, how)
     return result
 
 
 @ti.func
 def fold_in_groups(contact: ti.template(), values, combine: ti.template()):
     """Take the first two stages of `over_block`; return where the values of the groups begin in `shared`."""
+    threads, groups = ti.static(contact.options.block_threads, contact.options.groups)
     t, first = thread(contact), 0
     if ti.static(contact.options.blocks > 1):
-        first = t // BLOCK_THREADS * ti.static(BLOCK_NUMBERS * (BLOCK_THREADS + GROUPS))
-        t = t % BLOCK_THREADS
-    groups = first + ti.static(BLOCK_NUMBERS * BLOCK_THREADS)
+        first = t // threads * ti.static(BLOCK_NUMBERS * (threads + groups))
+        t = t % threads
+    second = first + ti.static(BLOCK_NUMBERS * threads)
     for k in ti.static(range(len(combine))):
-        contact.shared[first + k * BLOCK_THREADS + t] = values[k]
+        contact.shared[first + k * threads + t] = values[k]
     ti.simt.block.sync()
     for k, how in ti.static(enumerate(combine)):
-        if t // GROUPS == k:
-            start = first + k * BLOCK_THREADS + t % GROUPS
-            contact.shared[groups + t] = fold(contact.shared, start, GROUPS, BLOCK_THREADS // GROUPS, how)
+        if t // groups == k:
+            start = first + k * threads + t % groups
+            contact.shared[second + t] = fold(contact.shared, start, groups, threads // groups, how)
     ti.simt.block.sync()
-    return groups
+    return second
 
 
 @ti.func
@@ -137,10 +139,11 @@ def put_sums(
 ):  # fmt: skip
     """Set sums[places[k]] to values combined over the threads; of several blocks it sets partial[places[k], block]."""
     if ti.static(contact.options.blocks > 1):
-        groups = fold_in_groups(contact, values, combine)
-        if thread(contact) % BLOCK_THREADS == 0:
+        groups = ti.static(contact.options.groups)
+        first = fold_in_groups(contact, values, combine)
+        if thread(contact) % ti.static(contact.options.block_threads) == 0:
             for k, how in ti.static(enumerate(combine)):
-                total = fold(contact.shared, groups + k * GROUPS, 1, GROUPS, how)
+                total = fold(contact.shared, first + k * groups, 1, groups, how)
                 contact.partial[partial_place(contact, places[k])] = total
     else:
         totals = over_threads(contact, values, combine)
@@ -153,7 +156,7 @@ def so_far(contact: ti.template(), sums: ti.template(), place):
     """Return for one thread of every block what `put_sums` has left at a place before, 0 for the others."""
     found = 0.0
     if ti.static(contact.options.blocks > 1):
-        if thread(contact) % BLOCK_THREADS == 0:
+        if thread(contact) % ti.static(contact.options.block_threads) == 0:
             found = contact.partial[partial_place(contact, place)]
     else:
         found = ti.select(leader(contact) == 1, sums[place], 0.0)
@@ -163,7 +166,8 @@ def so_far(contact: ti.template(), sums: ti.template(), place):
 @ti.func
 def partial_place(contact: ti.template(), number):
     """Return the place in `partial` of a number of the block of this thread."""
-    return number * ti.static(contact.options.blocks) + thread(contact) // BLOCK_THREADS
+    block = thread(contact) // ti.static(contact.options.block_threads)
+    return number * ti.static(contact.options.blocks) + block
 
 
 @ti.func
@@ -172,7 +176,7 @@ def over_blocks(contact: ti.template(), first, blocks: ti.template(), combine: t
 
     Several blocks each do the same. A number that no block has set must not be asked for.
     """
-    t = thread(contact) % BLOCK_THREADS
+    t = thread(contact) % ti.static(contact.options.block_threads)
     values = [0.0 for _ in range(len(combine))]
     for k, how in ti.static(enumerate(combine)):
         own = contact.partial[(first + k) * blocks + ti.min(t, blocks - 1)]

@@ -23,7 +23,7 @@ from ..contact.islands import island_count
 from ..contact.kick_friction import kick_friction
 from ..contact.obstacle_rows import fill_rows, obstacle_loads, smallest_gap
 from ..engine import ti
-from ..lanes import BLOCK_THREADS, GRAVITY
+from ..lanes import BLOCK_THREADS, DEVICE_BLOCK, GRAVITY
 from ..language.bundles import ContactOptions
 from ..language.threads import folded, item, leader, meet, over_blocks, put_sums, turns
 from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
@@ -70,8 +70,8 @@ def make_boundary_launches(options: ContactOptions, blocks: int, exact: bool, ha
         body: ti.template(), lists: ti.template(), boundary: ti.template(), obstacles: ti.template(),
         rows: ti.template(), contact: ti.template(), system: ti.template(), launch: ti.template(),
     ):  # fmt: skip
-        ti.loop_config(block_dim=BLOCK_THREADS)
-        for t in range(blocks * BLOCK_THREADS):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(blocks * DEVICE_BLOCK):
             if takes_step(lists) == 1:
                 team = ti.static(contact.at_place(blocks, t))
                 if ti.static(options.viscous):
@@ -85,8 +85,8 @@ def make_boundary_launches(options: ContactOptions, blocks: int, exact: bool, ha
         boundary: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(),
         launch: ti.template(),
     ):  # fmt: skip
-        ti.loop_config(block_dim=BLOCK_THREADS)
-        for t in range(blocks * BLOCK_THREADS):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(blocks * DEVICE_BLOCK):
             if takes_step(lists) == 1:
                 team = ti.static(contact.at_place(blocks, t))
                 numbers = step_numbers(body, steps, False)
@@ -112,8 +112,8 @@ def make_boundary_launches(options: ContactOptions, blocks: int, exact: bool, ha
         body: ti.template(), lists: ti.template(), boundary: ti.template(), supports: ti.template(),
         contact: ti.template(),
     ):  # fmt: skip
-        ti.loop_config(block_dim=BLOCK_THREADS)
-        for t in range(blocks * BLOCK_THREADS):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(blocks * DEVICE_BLOCK):
             if takes_step(lists) == 1:
                 support_reactions(body, boundary, supports, ti.static(contact.at_place(blocks, t)))
 
@@ -188,8 +188,8 @@ def make_solve_launches(
         body: ti.template(), lists: ti.template(), boundary: ti.template(), obstacles: ti.template(),
         rows: ti.template(), contact: ti.template(), system: ti.template(), viscous: ti.template(),
     ):  # fmt: skip
-        ti.loop_config(block_dim=BLOCK_THREADS)
-        for t in range(blocks * BLOCK_THREADS):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(blocks * DEVICE_BLOCK):
             if takes_pass(lists) == 1:
                 team = ti.static(contact.at_place(blocks, t))
                 fill_rows(obstacles, rows, team, body.u)
@@ -222,8 +222,8 @@ def make_solve_launches(
         body: ti.template(), lists: ti.template(), contact: ti.template(), pairs: ti.template(),
         system: ti.template(), viscous: ti.template(),
     ):  # fmt: skip
-        ti.loop_config(block_dim=BLOCK_THREADS)
-        for t in range(blocks * BLOCK_THREADS):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(blocks * DEVICE_BLOCK):
             if takes_pass(lists) == 1:
                 for island in range(island_count(contact)):
                     if is_due(system, island) == 1:
@@ -234,8 +234,8 @@ def make_solve_launches(
     def assemble(
         body: ti.template(), lists: ti.template(), contact: ti.template(), pairs: ti.template(), system: ti.template()
     ):
-        ti.loop_config(block_dim=BLOCK_THREADS)
-        for t in range(blocks * BLOCK_THREADS):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(blocks * DEVICE_BLOCK):
             if takes_pass(lists) == 1:
                 for island in range(island_count(contact)):
                     if is_due(system, island) == 1:
@@ -260,12 +260,12 @@ def make_solve_launches(
 
     @ti.func
     def begin(lists: ti.template(), contact: ti.template(), system: ti.template()):
-        ti.loop_config(block_dim=BLOCK_THREADS)
-        for t in range(blocks * BLOCK_THREADS):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(blocks * DEVICE_BLOCK):
             if takes_pass(lists) == 1:
                 team = ti.static(contact.at_place(blocks, t))
                 for island in range(island_count(contact)):
-                    if t < BLOCK_THREADS:
+                    if t < DEVICE_BLOCK:
                         renew_tangent(team, system, island, blocks)
                     begin_island(team, system, island)
 

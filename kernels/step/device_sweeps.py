@@ -16,7 +16,7 @@ import functools
 
 from ..contact.islands import island_count
 from ..engine import ti
-from ..lanes import BLOCK_THREADS
+from ..lanes import BLOCK_THREADS, DEVICE_BLOCK
 from ..language.bundles import ContactOptions
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
@@ -139,8 +139,8 @@ def make_device_sweep(signature: Signature, options: ContactOptions, blocks: int
         number: ti.template(), lists: ti.template(), rows: ti.template(), contact: ti.template(),
         system: ti.template(),
     ):  # fmt: skip
-        ti.loop_config(block_dim=BLOCK_THREADS)
-        for t in range(blocks * BLOCK_THREADS):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(blocks * DEVICE_BLOCK):
             for island in range(island_count(contact)):
                 if sweeps_now(lists, system, island) == 1:
                     team = ti.static(contact.at_place(blocks, t))
@@ -167,8 +167,8 @@ def make_device_end(signature: Signature, options: ContactOptions, blocks: int, 
 
     @ti.func
     def longest(lists: ti.template(), contact: ti.template(), system: ti.template()):
-        ti.loop_config(block_dim=BLOCK_THREADS)
-        for t in range(blocks * BLOCK_THREADS):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(blocks * DEVICE_BLOCK):
             if takes_pass(lists) == 1:
                 team = ti.static(contact.at_place(blocks, t))
                 for island in range(island_count(contact)):
@@ -178,8 +178,8 @@ def make_device_end(signature: Signature, options: ContactOptions, blocks: int, 
 
     @ti.func
     def move(body: ti.template(), lists: ti.template(), contact: ti.template(), system: ti.template()):
-        ti.loop_config(block_dim=BLOCK_THREADS)
-        for t in range(blocks * BLOCK_THREADS):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(blocks * DEVICE_BLOCK):
             if takes_pass(lists) == 1:
                 team = ti.static(contact.at_place(blocks, t))
                 for island in range(island_count(contact)):

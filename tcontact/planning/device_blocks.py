@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS
+from ..kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_BLOCK
 from .domain import Domain
 from .islands import Island
 
@@ -37,7 +37,7 @@ def blocks_of(nodes: int) -> int:
     """Return the number of blocks for so many contact nodes."""
     if nodes < MANY_NODES:
         return 1
-    return min(max(2, 1 << (-(-nodes // BLOCK_THREADS) - 1).bit_length()), MOST_BLOCKS)
+    return min(max(2, 1 << (-(-nodes // DEVICE_BLOCK) - 1).bit_length()), MOST_BLOCKS)
 
 
 def sweep_colours(domain: Domain, islands: Sequence[Island], blocks: int, options: ContactOptions) -> int:
@@ -52,6 +52,11 @@ def sweep_colours(domain: Domain, islands: Sequence[Island], blocks: int, option
     starts = [*(island.nodes.start for island in islands), len(domain.contact.nodes)]
     counts = np.diff(np.searchsorted(domain.contact.graph.colour_start, starts))
     return int(counts.max()) if counts.max() <= BLOCK_NUMBERS else 0
+
+
+def scratch(blocks: int) -> int:
+    """Return how many numbers the threads of one or several blocks need to combine values."""
+    return (BLOCK_NUMBERS + 1) * max(BLOCK_THREADS, blocks * DEVICE_BLOCK)
 
 
 def partial_numbers(width: int, islands: int, colours: int) -> int:

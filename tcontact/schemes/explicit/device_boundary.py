@@ -10,9 +10,10 @@ from ...contact.layered_friction import LayeredFriction
 from ...contact.term import ContactTerm
 from ...device import arrays
 from ...kernels.columns import group_size
-from ...kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_ROWS, GROUPS
+from ...kernels.lanes import BLOCK_THREADS, DEVICE_ROWS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.rigid_bodies import RigidBodies
+from ...planning.device_blocks import scratch
 from ...planning.domain import Domain
 from .device_loads import DeviceLoads
 from .device_step import LAYERS, DeviceSteps
@@ -58,7 +59,7 @@ class DeviceBoundarySteps(DeviceSteps):
         self._row_width = self.width + layered * LAYERS
         own = self._own = {
             "sums": arrays.zeros(self.width),
-            "shared": arrays.zeros(BLOCK_NUMBERS * (BLOCK_THREADS + GROUPS)),
+            "shared": arrays.zeros(scratch(1)),
             "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * self._row_width),
         }
         options = (ContactOptions() if contact is None else contact.options)._replace(threads=BLOCK_THREADS)

@@ -12,11 +12,11 @@ from ...contact.massless_contact import MasslessContactTerm
 from ...device import arrays
 from ...device.launch import Prepared
 from ...kernels.columns import group_size
-from ...kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_ROWS, GROUPS
+from ...kernels.lanes import BLOCK_THREADS, DEVICE_ROWS
 from ...kernels.static.sweep_state import STATE
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.rigid_bodies import RigidBodies
-from ...planning.device_blocks import contact_blocks, partial_numbers, sweep_colours
+from ...planning.device_blocks import contact_blocks, partial_numbers, scratch, sweep_colours
 from ...planning.device_lists import colour_lists, givers, parts_of, surface_corners, surface_threads
 from ...planning.domain import Domain
 from .device_loads import DeviceLoads
@@ -67,7 +67,7 @@ class DeviceContactSteps(DeviceSteps):
         colours = colour_lists(domain.contact.graph, solve.islands, arrays.get(solve.system["pack_start"]))
         own = self._own = {
             "sums": arrays.zeros(self.width),
-            "shared": arrays.zeros(blocks * BLOCK_NUMBERS * (BLOCK_THREADS + GROUPS)),
+            "shared": arrays.zeros(scratch(blocks)),
             "residual_givers": arrays.put(givers(*domain.residual_receivers, everyone)),
             "residual_shares": arrays.zeros(3 * count),
             "colours": arrays.put(colours),
