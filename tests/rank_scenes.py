@@ -177,7 +177,7 @@ def halves():
 
 
 def walls():
-    """Ranks share a contact that reaches every cell: full removal and friction in a corner, nodes that supports hold."""
+    """Ranks share a contact that reaches every cell: full removal and friction in a corner, held nodes."""
     planes = [tc.Plane(), tc.Plane((-1e-4, 0.0, 0.0), (1.0, 0.0, 0.0))]
     held = [tc.Support("ymin", "xyz"), tc.Support("ymax", "x")]
     body = block(contact=("zmin", "xmin"), counts=(2, 5, 4), velocity=(-5.0, 2.0, -8.0), supports=held)
