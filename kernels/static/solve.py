@@ -97,10 +97,11 @@ def assemble(
     if ti.static(contact.options.coupled):
         if ti.static(rows.at.lift >= 0):
             reach = system.settings[island * SETTINGS + REACH]
-            for k in range(first_node(contact, island), first_node(contact, island + 1)):
-                choose_rows(contact, rows, system, k, reach)
+            for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
+                choose_rows(contact, rows, system, begin + item(contact, turn), reach)
         collect_forces(coupling, contact, rows, system.right, 0, system.stiffness.shape[0], contact.options.block)
-        for k in range(first_node(contact, island), first_node(contact, island + 1)):
+        for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
+            k = begin + item(contact, turn)
             residual = ti.max(residual, assemble_node(body, boundary, contact, rows, coupling, system, k))
     largest_of = over_threads(contact, [scale, residual, rounding], ("max", "max", "max"))
     if leader(contact) == 1:

@@ -4,8 +4,9 @@ The host offers steps and passes of the static solve; the device takes an offer 
 the last solve has ended (WANTS = NOTHING), a pass where one goes on (A_PASS). A solve that needs more passes than one
 step offers takes those of the next step, whose own launches then do nothing. A solve that did not converge (A_LOOK)
 lets nothing more happen. A step with friction layers waits for them between its load and its kick (A_LAYER); where they
-take two layer steps one after the other, the second one takes the launches of the next step. Behind these numbers stand
-the sums of the boundary nodes and the numbers of the layers, a row for every step of the block.
+take two layer steps one after the other, the second one takes the launches of the next step. Where the host must build
+the rows of pairs of bodies anew (A_ROWS), nothing happens before that. Behind these numbers stand the sums of the
+boundary nodes and the numbers of the layers, a row for every step of the block.
 """
 
 from ..engine import ti
@@ -14,7 +15,7 @@ from ..engine import ti
 # largest number of passes of a step in this block
 WANTS, TAKEN, FIRST, PASSES, MOST = 0, 1, 2, 3, 4
 DEVICE_CONTROL = 5
-NOTHING, A_PASS, A_LOOK, A_LAYER = 0.0, 1.0, 2.0, 3.0
+NOTHING, A_PASS, A_LOOK, A_LAYER, A_ROWS = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
 @ti.func
