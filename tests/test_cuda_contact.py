@@ -23,6 +23,7 @@ WORKER = Path(__file__).resolve().parent / "cuda_contact_worker.py"
 REGISTERS, SPILLS = 255, 400  # of a thread; bytes, stores and loads each
 STACK = 1280  # bytes of a thread: most where nodes with several walls are solved, else the corners of a cell
 REASONS = {"crushed": "inverted-cell", "sagged": "not-converged"}
+ABOVE = {"device_layers": 560}  # spills [B]: a layer with two sides keeps the constants of two metals
 CLOSE = 1e-11
 PAIR = "up-low"
 
@@ -172,7 +173,7 @@ def test_registers_and_spills(found, folder):
     if importlib.util.find_spec("nvidia") is None and shutil.which("ptxas") is None:
         pytest.skip("no ptxas: pip install 'tcontact[cuda-test]'")
     parts = ("device_contact_step", "device_pass", "device_start", "device_layers")
-    kept, most = dict.fromkeys(parts, 0), np.zeros(3, dtype=int)
+    kept, most, over = dict.fromkeys(parts, 0), np.zeros(2, dtype=int), []
     for module in sorted(folder.glob("module_*.ptx")):
         part = next((part for part in parts if f".entry {part}" in module.read_text()), "")
         if not part:
@@ -183,6 +184,8 @@ def test_registers_and_spills(found, folder):
         for row in (line.replace("/", " ").split() for line in report.splitlines()):
             registers, stack, spills = int(row[1]), int(row[4]), max(int(row[7]), int(row[8]))
             print(f"{row[0]:55} {registers:4} registers, {stack:4} B of stack, {spills:5} B of spills")
-            most = np.maximum(most, (registers, stack, spills))
+            most = np.maximum(most, (registers, stack))
+            over += [row[0]] if spills > ABOVE.get(part, SPILLS) else []
     assert all(kept.values())
-    assert (most <= (REGISTERS, STACK, SPILLS)).all(), most
+    assert (most <= (REGISTERS, STACK)).all(), most
+    assert not over
