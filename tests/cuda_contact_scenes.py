@@ -7,6 +7,7 @@ import os
 
 import numpy as np
 from cuda_layer_scenes import STEP, baked, branded, fused
+from cuda_pair_scenes import padded, paired, stacked, touched
 from oracle import meshes
 from scenes import block, wall
 
@@ -266,20 +267,22 @@ def paved():
 FRICTIONLESS = (normal, full, linear, sprung, ball, corner, sagged, crushed, fast, pressed, held)
 WITH_FRICTION = (rubbed, wedged, crept, slowed, forged, carried, floated, repelled, struck, swept, spun, paved)
 LAYERED = (baked, fused, branded)
+PAIRED = (paired, stacked, touched, padded)
 # scenes that combine what others have term by term: with --slow alone, since each has kernels of its own
 SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 COMBINED = () if SLOW else (
-    linear, sagged, fast, rubbed, spun, fused, branded
+    linear, sagged, fast, rubbed, spun, fused, branded, paired, stacked, touched, padded
 )  # fmt: skip
 RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION + LAYERED if scene not in COMBINED)
-SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION + LAYERED if scene not in COMBINED}
-STEPS = {name: STEP for name in SCENES if name in [scene.__name__ for scene in LAYERED]}  # first ones [s], else 2e-5
+SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION + LAYERED + PAIRED if scene not in COMBINED}
+STEPS = {scene.__name__: STEP for scene in LAYERED} | {"paired": 2e-6}  # first ones [s], else 2e-5
 
 # those that run with the threads in reversed order too
-REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held", "floated", "paved", "baked")
-COUNTED = ("normal", "wedged", "slowed", "repelled", "swept", "paved", "baked")  # whose launches of a block are counted
-
-
+REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held", "floated", "paved") + (
+    ("baked", "paired") if SLOW else ()
+)
+# those whose launches of a block are counted
+COUNTED = ("normal", "wedged", "slowed", "repelled", "swept", "paved", "baked") + (("paired",) if SLOW else ())
 # those that run once more with several blocks of threads, which few nodes do not get by themselves
 SHARED = ("ball",)
 

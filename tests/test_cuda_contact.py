@@ -23,7 +23,9 @@ WORKER = Path(__file__).resolve().parent / "cuda_contact_worker.py"
 REGISTERS, SPILLS = 255, 400  # of a thread; bytes, stores and loads each
 STACK = 1280  # bytes of a thread: most where nodes with several walls are solved, else the corners of a cell
 REASONS = {"crushed": "inverted-cell", "sagged": "not-converged"}
+ABOVE = {"device_layers": 560}  # spills [B]: a layer with two sides keeps the constants of two metals
 CLOSE = 1e-11
+PAIR = "up-low"
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +45,9 @@ def scale_of(key, values, expected):
         return 1.0
     if key == "history_angular_momentum":
         return max(np.abs(expected["history_momentum"]).max() * 0.2, np.abs(values).max())
+    if key in ("history_contact_force", "history_impulse") and f"history_pair_force:{PAIR}" in expected:
+        size = np.abs(expected[f"history_pair_force:{PAIR}"]).max()  # forces between bodies cancel out
+        return size * (expected["history_time"][-1] if key == "history_impulse" else 1.0)
     largest = np.abs(values).max(initial=0.0)
     if key == "history_gap_min" and largest < 1e-15 * np.abs(expected["position"]).max():
         return np.abs(expected["position"]).max()  # of a body that stays in contact
@@ -89,6 +94,9 @@ def test_what_is_not_on_the_device_steps_on_the_kernels_of_the_cpu():
     layer = {"material": cuda_contact_scenes.METAL, "friction": tc.FrictionLayer(), "formulation": "mean-dilatation"}
     scene, _scheme = cuda_contact_scenes.thrown(block, **layer)
     assert not any(steps_on_device(scene, domain, "cuda") for domain in plan(scene).domains)
+    assert (
+        "with arch='cuda' on the kernels of the CPU, slowly: friction layers that warm cells" in plan(scene).describe()
+    )
 
 
 @pytest.mark.parametrize("name", ["slowed", "forged"])
@@ -149,7 +157,7 @@ def test_a_block_of_rows_launches_three_times_a_step_and_twice_a_pass(found, nam
     parts = ("device_contact_step", "device_pass", "device_layers")
     steps, passes, layers = (sum(part in name for name in names) for part in parts)
     (domain,) = plan(cuda_contact_scenes.SCENES[name]()[0]).domains
-    kinds, shared, layered = len(domain.kinds), name == "paved", name in cuda_contact_scenes.STEPS
+    kinds, shared, layered = len(domain.kinds), name == "paved", name == "baked"
     assert steps == (kinds * (1 + domain.viscous_cells) + (5 if shared else 2) + layered) * DEVICE_ROWS
     assert layers == 2 * layered * DEVICE_ROWS
     of_pass = (kinds + (5 if shared else 1)) * DEVICE_ROWS
@@ -175,7 +183,7 @@ def test_registers_and_spills(found, folder):
     if importlib.util.find_spec("nvidia") is None and shutil.which("ptxas") is None:
         pytest.skip("no ptxas: pip install 'tcontact[cuda-test]'")
     parts = ("device_contact_step", "device_pass", "device_start", "device_layers")
-    kept, most = dict.fromkeys(parts, 0), np.zeros(3, dtype=int)
+    kept, most, over = dict.fromkeys(parts, 0), np.zeros(2, dtype=int), []
     for module in sorted(folder.glob("module_*.ptx")):
         part = next((part for part in parts if f".entry {part}" in module.read_text()), "")
         if not part:
@@ -186,6 +194,8 @@ def test_registers_and_spills(found, folder):
         for row in (line.replace("/", " ").split() for line in report.splitlines()):
             registers, stack, spills = int(row[1]), int(row[4]), max(int(row[7]), int(row[8]))
             print(f"{row[0]:55} {registers:4} registers, {stack:4} B of stack, {spills:5} B of spills")
-            most = np.maximum(most, (registers, stack, spills))
+            most = np.maximum(most, (registers, stack))
+            over += [row[0]] if spills > ABOVE.get(part, SPILLS) else []
     assert all(kept.values())
-    assert (most <= (REGISTERS, STACK, SPILLS)).all(), most
+    assert (most <= (REGISTERS, STACK)).all(), most
+    assert not over

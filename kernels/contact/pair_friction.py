@@ -14,6 +14,7 @@ from ..engine import ti
 from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 from ..language.counted import counted
 from ..language.entries import row
+from ..language.threads import leader, meet
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
 from ..pair_places import FIRST_ENTRY, MASTERS, NODE_ROW, ROWS, SLAVES, VELOCITIES
@@ -217,6 +218,20 @@ def kick_pair_friction(
     damped: ti.template(),
 ):
     """Set the friction of the kick in all rows, and sum up its work."""
+    if ti.static(contact.options.recorded):
+        begin_kick(contact)
+    meet(contact)
+    if leader(contact) == 1:  # one row after another
+        settle_pair_friction(body, boundary, contact, rows, coupling, damped)
+    meet(contact)
+
+
+@ti.func
+def settle_pair_friction(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), coupling: ti.template(),
+    damped: ti.template(),
+):  # fmt: skip
+    """Set the friction of the kick in all rows by one thread, and sum up its work."""
     slots = ti.static(contact.options.slots)
     before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
     span = before + after
@@ -246,8 +261,6 @@ def kick_pair_friction(
             contact.friction[node_place(k, WORK)] = 0.0
             contact.friction[node_place(k, FORCE)] = 0.0
     early, late = 0.0, 0.0
-    if ti.static(contact.options.recorded):
-        begin_kick(contact)
     for number in range(slots * node_count(contact)):
         force = vector_of(rows, number, rows.at.kick_friction)
         if force.norm_sqr() > 0.0:

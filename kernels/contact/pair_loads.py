@@ -8,6 +8,7 @@ from ..columns import PAIR_LOAD, PAIR_LOADS, SUMS, UNREACHED
 from ..engine import ti
 from ..language.counted import counted
 from ..language.entries import row
+from ..language.threads import leader, meet
 from ..pair_places import FIRST_ENTRY, MASTERS, PAIRS, ROWS, SIDES, SLAVES
 from .constraint_rows import number_of, vector_of
 from .islands import node_count
@@ -17,6 +18,14 @@ from .pair_rows import entry, pair_row, weight
 @ti.func
 def count_pairs(coupling: ti.template(), contact: ti.template(), rows: ti.template()):
     """Set the loads of every pair to 0, and count its rows, those that press, and the smallest gap."""
+    meet(contact)
+    if leader(contact) == 1:
+        count_rows(coupling, contact, rows)
+
+
+@ti.func
+def count_rows(coupling: ti.template(), contact: ti.template(), rows: ti.template()):
+    """Count the rows of every pair by one thread."""
     pairs = coupling.lists[PAIRS]
     start = contact.sums.shape[0] - pairs * PAIR_LOADS
     for p in range(pairs):
@@ -55,6 +64,18 @@ def hand_over_pairs(
     The loads are the force on the first body of a pair and its moment about the origin. place: rows.at.force, or
     rows.at.kick_friction.
     """
+    meet(contact)
+    if leader(contact) == 1:
+        press_masters_of_rows(coupling, boundary, body, contact, rows, place)
+    meet(contact)
+
+
+@ti.func
+def press_masters_of_rows(
+    coupling: ti.template(), boundary: ti.template(), body: ti.template(), contact: ti.template(), rows: ti.template(),
+    place: ti.template(),
+):  # fmt: skip
+    """Add the forces of the rows on the masters by one thread."""
     start = contact.sums.shape[0] - coupling.lists[PAIRS] * PAIR_LOADS
     on_masters = ti.Vector.zero(ti.f64, 3)
     for r in range(coupling.lists[ROWS]):

@@ -17,6 +17,7 @@ large (`is_stale`). Places of the data: pair_places.py.
 from ..columns import UNREACHED
 from ..engine import ti
 from ..language.entries import row
+from ..language.threads import item, largest_of, leader, meet, over_threads, turns
 from ..pair_places import (
     CENTRE,
     CLOSED,
@@ -107,8 +108,15 @@ def fill_pair_rows(
 ):
     """Fill the rows of all slaves at the present displacement; the other nodes have empty ones."""
     clear_rows(contact, rows)
-    for r in range(coupling.lists[ROWS]):
-        fill_pair_row(coupling, boundary, rows, body, r)
+    meet(contact)
+    if ti.static(rows.options.static_friction and rows.options.slots > 1):
+        if leader(contact) == 1:  # it notes one of the rows that are deep
+            for r in range(coupling.lists[ROWS]):
+                fill_pair_row(coupling, boundary, rows, body, r)
+    else:
+        for turn in range(turns(contact, coupling.lists[ROWS])):
+            fill_pair_row(coupling, boundary, rows, body, item(contact, turn))
+    meet(contact)
 
 
 @ti.func
@@ -149,8 +157,8 @@ def pair_row(rows: ti.template(), k):
 @ti.func
 def clear_rows(contact: ti.template(), rows: ti.template()):
     """Empty the rows of pairs of all contact nodes."""
-    for k in range(node_count(contact)):
-        clear_row(rows, pair_row(rows, k))
+    for turn in range(turns(contact, node_count(contact))):
+        clear_row(rows, pair_row(rows, item(contact, turn)))
 
 
 @ti.func
@@ -161,30 +169,36 @@ def clear_row(rows: ti.template(), r):
 
 
 @ti.func
-def is_stale(coupling: ti.template(), boundary: ti.template(), rows: ti.template(), body: ti.template()):
+def is_stale(
+    coupling: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), body: ti.template()
+):
     """Return 1 if the rows must be built anew: surfaces have moved against each other, or slaves have slipped too far.
 
     The rows are filled at the present displacement.
     """
-    stale = ti.select(coupling.values[STALE] != 0.0, 1, 0)
+    stale = ti.select(coupling.values[STALE] != 0.0, 1.0, 0.0)
     largest = 0.0
-    for r in range(coupling.lists[ROWS]):
+    for turn in range(turns(contact, coupling.lists[ROWS])):
+        r = item(contact, turn)
         normal = normal_of(rows, pair_row(rows, entry(coupling, SLAVES, r)))
         slip = apart(coupling, boundary, body, r) - row_vector(coupling, r, ORIGIN)
         slip = slip - normal.dot(slip) * normal
         largest = ti.max(largest, slip.norm())
         if slip.norm() > row_number(coupling, r, SLIP_LIMIT):
-            stale = 1
-    coupling.values[SLIP] = largest
+            stale = 1.0
     count = coupling.lists[SURFACE_NODES]
     mean = ti.Vector.zero(ti.f64, 3)
-    for i in range(count):
-        mean += since_search(coupling, boundary, body, i)
-    mean = mean / ti.max(1.0, float(count))
-    for i in range(count):
-        if (since_search(coupling, boundary, body, i) - mean).norm() > coupling.values[MARGIN]:
-            stale = 1
-    return stale
+    for turn in range(turns(contact, count)):
+        mean += since_search(coupling, boundary, body, item(contact, turn))
+    total = over_threads(contact, [mean[0], mean[1], mean[2], largest], ("sum", "sum", "sum", "max"))
+    mean = ti.Vector([total[0], total[1], total[2]]) / ti.max(1.0, float(count))
+    if leader(contact) == 1:
+        coupling.values[SLIP] = total[3]
+    for turn in range(turns(contact, count)):
+        moved = since_search(coupling, boundary, body, item(contact, turn))
+        if (moved - mean).norm() > coupling.values[MARGIN]:
+            stale = 1.0
+    return ti.cast(largest_of(contact, stale), ti.i32)
 
 
 @ti.func
@@ -279,8 +293,11 @@ def spread(
 
     y_kj = values[first + j stride + k].
     """
-    count = node_count(contact)
-    for r in range(coupling.lists[ROWS]):
+    count, rest = node_count(contact), 0
+    meet(contact)
+    if leader(contact) == 1:  # one row after another
+        rest = coupling.lists[ROWS]
+    for r in range(rest):
         k = entry(coupling, SLAVES, r)
         total = ti.Vector.zero(ti.f64, 3)
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
@@ -288,6 +305,7 @@ def spread(
             if m < count:
                 total += weight(coupling, i) * whole(contact, m, values, first, stride, block)
         add_along(contact, k, values, first, stride, followed(contact, rows, k, total, block), block)
+    meet(contact)
 
 
 @ti.func
@@ -301,7 +319,10 @@ def collect(
     block: ti.template(),
 ):
     """Turn forces f into T^t f: every slave gives its masters what it shares with them. f_kj as y in `spread`."""
-    count, rest = node_count(contact), coupling.lists[ROWS]
+    count, rest = node_count(contact), 0
+    meet(contact)
+    if leader(contact) == 1:  # one row after another
+        rest = coupling.lists[ROWS]
     for back in range(rest):
         r = rest - 1 - back
         k = entry(coupling, SLAVES, r)
@@ -310,14 +331,18 @@ def collect(
             m = entry(coupling, MASTERS, i)
             if m < count:
                 add_along(contact, m, values, first, stride, weight(coupling, i) * force, block)
+    meet(contact)
 
 
 @ti.func
-def press_all_masters(coupling: ti.template(), body: ti.template(), rows: ti.template()):
+def press_all_masters(coupling: ti.template(), body: ti.template(), contact: ti.template(), rows: ti.template()):
     """Apply the forces of all rows to the masters."""
-    for r in range(coupling.lists[ROWS]):
-        force = vector_of(rows, pair_row(rows, entry(coupling, SLAVES, r)), rows.at.force)
-        press_masters(coupling, body.special_force, r, force)
+    meet(contact)
+    if leader(contact) == 1:
+        for r in range(coupling.lists[ROWS]):
+            force = vector_of(rows, pair_row(rows, entry(coupling, SLAVES, r)), rows.at.force)
+            press_masters(coupling, body.special_force, r, force)
+    meet(contact)
 
 
 @ti.func

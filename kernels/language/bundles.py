@@ -126,6 +126,13 @@ class LayerCells(NamedTuple):
     scratch: Array = None
 
 
+class Coupling(NamedTuple):
+    """Rows of pairs of bodies (pair_rows.py): lists and values, with the places of pair_places.py."""
+
+    lists: Index = None
+    values: Array = None
+
+
 class Contact(NamedTuple):
     """Contact nodes and their forces; the partners in contact appear only in constraint rows (constraint_rows.py).
 
@@ -141,7 +148,8 @@ class Contact(NamedTuple):
     residual_shares [k, 3] [N]: of each receiver of node k; of several blocks of threads also partial [number, block]:
     sums of every block; place: number of the thread. Where other ranks have copies of nodes: counted [s]: 1.0 for the
     boundary nodes that the sums of this rank count, else 0.0 (counted.py); residual_shares [k, 3] [N]: of all receivers
-    of node k together. Where a GPU steps friction layers: layers, layer_lists, layer_tables: layer_places.py.
+    of node k together. Where a GPU steps friction layers: layers, layer_lists, layer_tables: layer_places.py; pairs of
+    bodies: pair_lists, pair_values: as in `Coupling`.
     """
 
     nodes: Index = None
@@ -165,7 +173,14 @@ class Contact(NamedTuple):
     layers: Array = None
     layer_lists: Index = None
     layer_tables: Array = None
+    pair_lists: Index = None
+    pair_values: Array = None
     options: Any = None
+
+    @property
+    def coupling(self) -> Coupling:
+        """Return the rows of pairs of bodies that a GPU steps."""
+        return Coupling(self.pair_lists, self.pair_values)
 
     @property
     def copied(self) -> bool:
@@ -256,13 +271,6 @@ class Rows(NamedTuple):
     def exist(self) -> bool:
         """Return whether there are rows."""
         return self.values is not None
-
-
-class Coupling(NamedTuple):
-    """Rows of pairs of bodies (pair_rows.py): lists and values, with the places of pair_places.py."""
-
-    lists: Index = None
-    values: Array = None
 
 
 class ContactOptions(NamedTuple):

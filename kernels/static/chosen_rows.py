@@ -11,6 +11,7 @@ from ..contact.constraint_rows import set_vector
 from ..contact.islands import node_count
 from ..contact.pair_rows import pair_row
 from ..engine import ti
+from ..language.threads import leader, meet
 from ..node_places import PLACES
 from ..pair_places import SQUEEZED
 from .control import REACH
@@ -103,6 +104,15 @@ def set_lift(rows: ti.template(), k, normals, taken, block: ti.template(), slots
 @ti.func
 def find_squeezed(coupling: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template()):
     """Note a node k that stays deep in a row and has no place for row p beside q, as 1 + (k slots + p) slots + q."""
+    meet(contact)
+    if leader(contact) == 1:
+        find_squeezed_node(coupling, contact, rows, system)
+    meet(contact)
+
+
+@ti.func
+def find_squeezed_node(coupling: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template()):
+    """Note such a node by one thread."""
     block, slots, bounds = ti.static(contact.options.block, contact.options.slots, contact.options.bounds)
     reach = system.settings[REACH]
     for k in range(node_count(contact)):

@@ -131,8 +131,20 @@ def load_of_island(
     """
     total, residual = energy, 0.0
     slaves = 0
-    if ti.static(contact.options.coupled):
+    if ti.static(contact.options.coupled and contact.options.threads == 1):
         slaves = coupling.lists[ROWS]
+    elif ti.static(contact.options.coupled):  # one thread takes the slaves, one after another
+        meet(contact)
+        if leader(contact) == 1:
+            for back in range(coupling.lists[ROWS]):
+                r = coupling.lists[ROWS] - 1 - back
+                k = entry(coupling, SLAVES, r)
+                stored, left = massless_load_node(body, boundary, contact, rows, system, k)
+                total += stored
+                residual = ti.max(residual, left)
+                force = vector_of(rows, pair_row(rows, k), rows.at.force)
+                press_masters(coupling, body.special_force, r, force)
+        meet(contact)
     begin = first_node(contact, island) - slaves
     for turn in range(turns_between(contact, begin, first_node(contact, island + 1))):
         k = item_between(contact, begin, turn)

@@ -20,11 +20,9 @@ The phases are functions of one pack, at most LANES nodes of one colour. Sums ar
 share the loops take a node each, as a pack of its own.
 """
 
-from ..contact.islands import first_pack
 from ..contact.pair_rows import spread
 from ..engine import ti
-from ..lanes import SWEEP_LANES as LANES
-from ..language.threads import item, leader, meet, over_threads, turns
+from ..language.threads import leader, meet, over_threads
 from ..language.vectors import load
 from ..node_places import PLACES
 from .control import (
@@ -42,36 +40,13 @@ from .control import (
     SWEEPS,
     goals,
 )
-from .neighbours import forces_at, neighbour_forces
 from .node_basis import into_basis, into_force, into_motion, lanes_inside, part, put, set_basis, zeros
 from .pair_step import MANY, multiply_in_bases, pair_step, precondition
+from .parts import part_of, parts, product_of
 from .several_bounds import row_of
 
 UNLIMITED = 1e300
 NEGLIGIBLE = 1e-20  # a residual over F_ref that changes no digit of any increment
-
-
-@ti.func
-def parts(contact: ti.template(), island):
-    """Return how many parts of an island this thread takes: packs, or with several threads single nodes of packs."""
-    count = first_pack(contact, island + 1) - first_pack(contact, island)
-    if ti.static(contact.options.threads > 1):
-        count = turns(contact, count * LANES)
-    return count
-
-
-@ti.func
-def part_of(contact: ti.template(), system: ti.template(), island, turn):
-    """Return the pack of a part, its first node and the count of its nodes, 0 where there is no such node."""
-    pack, lane = first_pack(contact, island) + turn, 0
-    if ti.static(contact.options.threads > 1):
-        place = item(contact, turn)
-        pack, lane = first_pack(contact, island) + place // LANES, place % LANES
-    node = system.pack_start[pack] + lane
-    count = system.pack_start[pack + 1] - node
-    if ti.static(contact.options.threads > 1):
-        count = ti.min(count, 1)
-    return pack, node, count
 
 
 @ti.func
@@ -152,11 +127,7 @@ def multiply(contact: ti.template(), system: ti.template(), pack, node, count, b
 
     pack: the one of the sweeps, in which the nodes stand.
     """
-    if ti.static(contact.options.threads > 1):
-        alone = forces_at(system, pack, node - system.pack_start[pack], block)
-        set_product(system, node, count, [ti.Vector([alone[i]]) for i in range(block)], block)
-    else:
-        set_product(system, node, count, neighbour_forces(system, pack, block), block)
+    set_product(system, node, count, product_of(contact, system, pack, node, block), block)
 
 
 @ti.func

@@ -14,6 +14,7 @@ from ..contact.friction import tangents
 from ..contact.islands import first_node
 from ..contact.pair_rows import spread
 from ..engine import ti
+from ..language.threads import item, leader, meet, over_threads, turns
 from ..node_places import PLACES
 from .control import (
     F_REF,
@@ -117,23 +118,26 @@ def accelerated(
     """
     at = ti.static(PLACES[block])
     stats, settings = ti.static(system.stats, system.settings)
-    begin, end = first_node(contact, island), first_node(contact, island + 1)
+    begin = first_node(contact, island)
+    nodes = first_node(contact, island + 1) - begin
     stride, place, its = system.stiffness.shape[0], island * STATS, island * SETTINGS
     minimum, aim, accepted = goals(stats, settings, island)
     precondition(contact, rows, coupling, system, block)
     step = pair_step(contact, rows, coupling, system, island, settings[its + STEP_LENGTH], block) / LONG
     definite = ti.select(stats[place + PIVOT] > 0.0, 1, 0)
     running, done, speed, smallest = definite, 0.0, 1.0, UNKNOWN
-    for k in range(begin, end):
-        begin_node(contact, rows, system, k, block)
+    for turn in range(turns(contact, nodes)):
+        begin_node(contact, rows, system, begin + item(contact, turn), block)
     while running == 1:
         multiply_coupled(contact, rows, coupling, system, island, block)
         done += 1.0
         defect, turned = 0.0, 0.0
-        for k in range(begin, end):
-            off, along = step_node(contact, rows, system, k, step, block)
+        for turn in range(turns(contact, nodes)):
+            off, along = step_node(contact, rows, system, begin + item(contact, turn), step, block)
             defect = ti.max(defect, off)
             turned += along
+        found = over_threads(contact, [defect, turned], ("max", "sum"))
+        defect, turned = found[0], found[1]
         residual = defect / step / stats[place + F_REF]
         faster = 0.5 * (1.0 + ti.sqrt(1.0 + 4.0 * speed * speed))
         factor = (speed - 1.0) / faster
@@ -147,22 +151,30 @@ def accelerated(
         if not residual < 1e300:
             definite, running = 0, 0
         elif residual > GROWTH * smallest and running == 1:  # the rows have changed since the step was estimated
-            stats[place + PAIR_STEP] = 0.0
-            found = pair_step(contact, rows, coupling, system, island, settings[its + STEP_LENGTH], block)
-            step = ti.min(0.5 * step, found / LONG)
-            stats[place + PAIR_STEP] = LONG * step
+            if leader(contact) == 1:
+                stats[place + PAIR_STEP] = 0.0
+            meet(contact)
+            longest = pair_step(contact, rows, coupling, system, island, settings[its + STEP_LENGTH], block)
+            step = ti.min(0.5 * step, longest / LONG)
+            meet(contact)
+            if leader(contact) == 1:
+                stats[place + PAIR_STEP] = LONG * step
             smallest, factor, speed = UNKNOWN, 0.0, 1.0
-            for k in range(begin, end):
+            for turn in range(turns(contact, nodes)):
+                k = begin + item(contact, turn)
                 begin_node(contact, rows, system, k, block)
                 put_entries(system.response, k, stride, at.direction, ti.Vector.zero(ti.f64, block))
-        for k in range(begin, end):
+        for turn in range(turns(contact, nodes)):
+            k = begin + item(contact, turn)
             y = entries(system.response, k, stride, at.position, block)
             if running == 1:
                 y += factor * entries(system.response, k, stride, at.direction, block)
             set_trial(system, k, y, block)
-    stats[place + SWEEPS] = stats[place + SWEEPS] + done
-    if done > MANY:
-        stats[place + PAIR_STEP] = 0.0
+    meet(contact)
+    if leader(contact) == 1:
+        stats[place + SWEEPS] = stats[place + SWEEPS] + done
+        if done > MANY:
+            stats[place + PAIR_STEP] = 0.0
     if definite == 1:
         spread(coupling, contact, rows, system.increment, 0, stride, block)
     return definite

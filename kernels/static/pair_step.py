@@ -11,17 +11,17 @@ projected step comes from the largest one, found by power iteration.
 """
 
 from ..contact.constraint_rows import normal_of
-from ..contact.islands import first_node, first_pack, node_count
+from ..contact.islands import first_node, node_count
 from ..contact.pair_rows import collect, entry, lift_of, pair_row, spread, weight
 from ..engine import ti
-from ..lanes import SWEEP_LANES as LANES
+from ..language.threads import item, leader, meet, over_threads, turns
 from ..language.vectors import load
 from ..node_places import PLACES
 from ..pair_places import FIRST_ENTRY, MASTERS, ROWS, SLAVES
 from .control import PAIR_STEP, STATS
 from .massless_node import basis_of, square
-from .neighbours import neighbour_forces
 from .node_basis import into_basis, into_motion, part, put, set_basis
+from .parts import part_of, parts, product_of
 
 POWER = 12  # iterations that estimate the largest eigenvalue
 LONG = 1.9  # length of a projected step times the largest eigenvalue; below 2 it converges
@@ -44,15 +44,16 @@ def multiply_coupled(
     """
     at = ti.static(PLACES[block])
     stride = system.stiffness.shape[0]
-    starts = ti.static(system.pack_start)
     spread(coupling, contact, rows, system.increment, 0, stride, block)
-    for pack in range(first_pack(contact, island), first_pack(contact, island + 1)):
-        node, count = starts[pack], starts[pack + 1] - starts[pack]
-        force = neighbour_forces(system, pack, block)
-        moved = part(system, system.increment, node, 0, block)
-        for i, j in ti.static(ti.ndrange(block, block)):
-            force[i] += load(system.response, node + (at.diagonal + i * block + j) * stride, LANES) * moved[j]
-        put(system, system.response, node, count, at.product, block, force)
+    for turn in range(parts(contact, island)):
+        pack, node, count = part_of(contact, system, island, turn)
+        if count > 0:
+            force = product_of(contact, system, pack, node, block)
+            moved = part(system, system.increment, node, 0, block)
+            for i, j in ti.static(ti.ndrange(block, block)):
+                diagonal = load(system.response, node + (at.diagonal + i * block + j) * stride, system.lanes)
+                force[i] += diagonal * moved[j]
+            put(system, system.response, node, count, at.product, block, force)
     collect(coupling, contact, rows, system.response, at.product * stride, stride, block)
 
 
@@ -67,12 +68,13 @@ def multiply_in_bases(
 ):
     """Set the product of all packs of an island with T^t K T, in the bases of the nodes."""
     at = ti.static(PLACES[block])
-    starts = ti.static(system.pack_start)
     multiply_coupled(contact, rows, coupling, system, island, block)
-    for pack in range(first_pack(contact, island), first_pack(contact, island + 1)):
-        node, count = starts[pack], starts[pack + 1] - starts[pack]
-        force = part(system, system.response, node, at.product, block)
-        put(system, system.response, node, count, at.product, block, into_basis(system, node, force, block))
+    for turn in range(parts(contact, island)):
+        _pack, node, count = part_of(contact, system, island, turn)
+        if count > 0:
+            force = part(system, system.response, node, at.product, block)
+            put(system, system.response, node, count, at.product, block, into_basis(system, node, force, block))
+    meet(contact)
 
 
 @ti.func
@@ -95,10 +97,14 @@ def precondition(
     """Set `System.inverse`, the inverse of the diagonal blocks D of all nodes."""
     at = ti.static(PLACES[block])
     stride = system.stiffness.shape[0]
-    count, number = node_count(contact), coupling.lists[ROWS]
-    for k in range(count):
+    count, number = node_count(contact), 0
+    for turn in range(turns(contact, count)):
+        k = item(contact, turn)
         for i in ti.static(range(block * block)):
             system.inverse[i * stride + k] = system.response[(at.diagonal + i) * stride + k]
+    meet(contact)
+    if leader(contact) == 1:  # one row after another
+        number = coupling.lists[ROWS]
     for back in range(number):
         r = number - 1 - back
         k = entry(coupling, SLAVES, r)
@@ -111,10 +117,13 @@ def precondition(
                 for a, b in ti.static(ti.ndrange(block, block)):
                     place = (a * block + b) * stride + m
                     system.inverse[place] = system.inverse[place] + there[a, b]
-    for k in range(count):
+    meet(contact)
+    for turn in range(turns(contact, count)):
+        k = item(contact, turn)
         inverse = square(system.inverse, k, stride, block).inverse()
         for i, j in ti.static(ti.ndrange(block, block)):
             system.inverse[(i * block + j) * stride + k] = inverse[i, j]
+    meet(contact)
 
 
 @ti.func
@@ -129,37 +138,51 @@ def pair_step(
 ):
     """Return the length of a projected step; alone: the length without rows of pairs."""
     at = ti.static(PLACES[block])
-    stats, starts = ti.static(system.stats, system.pack_start)
+    stats = ti.static(system.stats)
     stride, place = system.stiffness.shape[0], island * STATS
     result = alone
     if coupling.lists[ROWS] > 0:
         if stats[place + PAIR_STEP] == 0.0:
-            first, end = first_pack(contact, island), first_pack(contact, island + 1)
-            for pack in range(first, end):
-                set_basis(system, starts[pack], starts[pack + 1] - starts[pack], block, contact.options.bounds)
-            for k in range(first_node(contact, island), first_node(contact, island + 1)):
+            begin = first_node(contact, island)
+            nodes = first_node(contact, island + 1) - begin
+            for turn in range(parts(contact, island)):
+                _pack, node, count = part_of(contact, system, island, turn)
+                if count > 0:
+                    set_basis(system, node, count, block, contact.options.bounds)
+            for turn in range(turns(contact, nodes)):
+                k = begin + item(contact, turn)
                 for j in ti.static(range(block)):  # any vector that no symmetry makes special
                     system.response[(at.direction + j) * stride + k] = ti.sin(1.0 + 7.0 * k + 3.0 * j)
             largest = 1.0
             for _ in range(POWER):
                 total = 0.0
-                for pack in range(first, end):
-                    node, count = starts[pack], starts[pack + 1] - starts[pack]
-                    direction = part(system, system.response, node, at.direction, block)
-                    put(system, system.increment, node, count, 0, block, into_motion(system, node, direction, block))
+                meet(contact)
+                for turn in range(parts(contact, island)):
+                    _pack, node, count = part_of(contact, system, island, turn)
+                    if count > 0:
+                        direction = part(system, system.response, node, at.direction, block)
+                        motion = into_motion(system, node, direction, block)
+                        put(system, system.increment, node, count, 0, block, motion)
                 multiply_in_bases(contact, rows, coupling, system, island, block)
                 before = 0.0
-                for k in range(first_node(contact, island), first_node(contact, island + 1)):
+                for turn in range(turns(contact, nodes)):
+                    k = begin + item(contact, turn)
                     for j in ti.static(range(block)):
                         one = system.response[(at.direction + j) * stride + k]
                         two = system.response[(at.product + j) * stride + k]
                         before += one * one
                         total += two * two
+                sums = over_threads(contact, [before, total], ("sum", "sum"))
+                before, total = sums[0], sums[1]
                 largest = ti.sqrt(total / before)
-                for k in range(first_node(contact, island), first_node(contact, island + 1)):
+                for turn in range(turns(contact, nodes)):
+                    k = begin + item(contact, turn)
                     for j in ti.static(range(block)):
                         two = system.response[(at.product + j) * stride + k]
                         system.response[(at.direction + j) * stride + k] = two / ti.sqrt(total)
-            stats[place + PAIR_STEP] = LONG / (SAFETY * largest)
+            meet(contact)
+            if leader(contact) == 1:
+                stats[place + PAIR_STEP] = LONG / (SAFETY * largest)
+            meet(contact)
         result = stats[place + PAIR_STEP]
     return result

@@ -21,7 +21,7 @@ from ..engine import ti
 from ..lanes import CONTACT_BLOCK, KIND, STEP, WIDTH
 from ..lanes import SWEEP_LANES as LANES
 from ..language.entries import row
-from ..language.threads import item_between, leader, meet, over_threads, turns_between
+from ..language.threads import item, item_between, leader, meet, over_threads, turns, turns_between
 from ..materials import LAWS
 from ..node_places import PLACES
 from ..nodes.device_nodes import first_of_corner
@@ -86,12 +86,14 @@ def assemble(
     """Set the right sides and constraints of the linear problem of an island, and measure its static residual."""
     scale, residual, rounding = measure_nodes(body, boundary, contact, rows, coupling, system, viscous, island)
     if ti.static(contact.options.coupled):
+        begin = first_node(contact, island)
         if ti.static(rows.at.lift >= 0):
             reach = system.settings[island * SETTINGS + REACH]
-            for k in range(first_node(contact, island), first_node(contact, island + 1)):
-                choose_rows(contact, rows, system, k, reach)
+            for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
+                choose_rows(contact, rows, system, begin + item(contact, turn), reach)
         collect_forces(coupling, contact, rows, system.right, 0, system.stiffness.shape[0], contact.options.block)
-        for k in range(first_node(contact, island), first_node(contact, island + 1)):
+        for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
+            k = begin + item(contact, turn)
             residual = ti.max(residual, assemble_node(body, boundary, contact, rows, coupling, system, k))
     largest_of = over_threads(contact, [scale, residual, rounding], ("max", "max", "max"))
     if leader(contact) == 1:

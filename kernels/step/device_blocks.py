@@ -256,7 +256,7 @@ def make_solve_launches(
                     meet(contact)
                     solve_island(body, contact, rows, None, system, island, block)
                 if leader(contact) == 1:
-                    end_pass(lists, system)
+                    end_pass(lists, system, 0)
 
     @ti.func
     def begin(lists: ti.template(), contact: ti.template(), system: ti.template()):

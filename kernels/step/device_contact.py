@@ -24,6 +24,9 @@ from ..contact.friction_laws import note_slip, set_coefficients
 from ..contact.kick_friction import kick_friction, layer_slip
 from ..contact.obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
 from ..contact.obstacles import RECORD, set_pose
+from ..contact.pair_friction import kick_pair_friction
+from ..contact.pair_loads import hand_over_pairs
+from ..contact.pair_rows import fill_pair_rows
 from ..engine import ti
 from ..lanes import BLOCK_THREADS, DEVICE_BLOCK, GRAVITY, MAXIMUM_SLOTS
 from ..language.bundles import ContactOptions
@@ -39,6 +42,7 @@ from ..nodes.loads import measure_loads
 from ..nodes.rigid_body import move_bodies
 from ..nodes.shared_loads import apply_shared_loads
 from ..nodes.springs import measure_springs, spring_forces
+from ..static.control import MEASURE, NEXT, any_island
 from ..static.massless_contact import massless_load
 from ..static.sliding import sliding_work
 from ..static.solve import make_resolve
@@ -59,6 +63,7 @@ from .device_control import (
     want_layers,
     want_pass,
 )
+from .device_pairs import begin_pairs, load_pairs, look_at_pairs, press_pairs, squeezed
 from .device_placing import placed, rate_of
 from .device_step import STEPS, make_loops
 from .device_surface import make_surface_cells
@@ -89,14 +94,17 @@ def contact_load(
     if ti.static(contact.options.model != "massless" and contact.options.obstacle_slots == MAXIMUM_SLOTS):
         choose_candidates(obstacles, contact, body.u)
     fill_rows(obstacles, rows, contact, body.u)
+    begin_pairs(body, boundary, contact, rows, system)
     smallest_gap(obstacles, rows, contact, body.u)
     if ti.static(contact.options.model == "massless"):
-        massless_load(body, boundary, contact, rows, None, system)
+        massless_load(body, boundary, contact, rows, contact.coupling, system)
     elif ti.static(contact.options.model == "penalty"):
         penalty_load(contact, rows)
+        press_pairs(body, contact, rows)
     else:
         impulse_load(body, boundary, contact, rows, ti.select(after > 0.0, 0.5 * (before + after), before))
     hand_over(body, contact, rows)
+    load_pairs(body, boundary, contact, rows)
 
 
 @ti.func
@@ -107,10 +115,10 @@ def friction_work(
     """Sum up the work of friction in the step that ends, and set the coefficients of the kick."""
     clear_work(contact)
     if ti.static(contact.options.static_friction):
-        sliding_work(body, boundary, contact, rows, None)
+        sliding_work(body, boundary, contact, rows, contact.coupling)
     if ti.static(contact.options.varied):
         first = ti.select(before > 0.0, 0, 1)
-        set_coefficients(body, boundary, obstacles, rows, None, contact, 1, first, after)
+        set_coefficients(body, boundary, obstacles, rows, contact.coupling, contact, 1, first, after)
 
 
 @ti.func
@@ -120,8 +128,13 @@ def friction_load(
 ):  # fmt: skip
     """Apply the friction of the kick to the contact nodes."""
     if ti.static(contact.options.kick_friction):
-        kick_friction(body, boundary, contact, rows, obstacles, rigid, damped)
+        if ti.static(contact.options.coupled):
+            kick_pair_friction(body, boundary, contact, rows, contact.coupling, damped)
+        else:
+            kick_friction(body, boundary, contact, rows, obstacles, rigid, damped)
         hand_over_friction(body, contact, rows)
+        if ti.static(contact.options.coupled):
+            hand_over_pairs(contact.coupling, boundary, body, contact, rows, rows.at.kick_friction)
 
 
 @ti.func
@@ -253,7 +266,7 @@ def make_device_contact_step(
                     if leader(contact) == 1:
                         move_bodies(rigid, own, number + 1, damped, has_supports)
                 if ti.static(options.varied and not options.static_friction):
-                    note_slip(own, boundary, obstacles, rows, None, contact)
+                    note_slip(own, boundary, obstacles, rows, contact.coupling, contact)
                 meet(contact)
                 width = contact.sums.shape[0]
                 if ti.static(options.layered):
@@ -284,6 +297,10 @@ def make_device_contact_step(
                         placed(own, obstacles, rows, contact, launch, ratio, fall, after, exact)
                         if leader(contact) == 1:
                             want_pass(lists)
+                        look_at_pairs(own, lists, boundary, contact, rows, True)
+                elif ti.static(options.coupled):
+                    if after > 0.0:
+                        look_at_pairs(own, lists, boundary, contact, rows, False)
                 if ti.static(loaded != ""):
                     if after > 0.0:
                         apply_shared_loads(ti.static(body if pulled else own), boundary, contact, number + 1, pulled)
@@ -336,6 +353,7 @@ def make_device_start(signature: Signature, options: ContactOptions, exact: bool
             placed(body, obstacles, rows, contact, launch, 0.0, ti.Vector.zero(ti.f64, 3), 0.0, exact)
             if leader(contact) == 1:
                 want_pass(lists)
+            look_at_pairs(body, lists, boundary, contact, rows, True)
 
     return compiled_with(kernel_of(device_start, signature, options=options), **LEAVE_TO_LLVM)
 
@@ -375,12 +393,17 @@ def make_device_pass(
             if lists.control[WANTS] == A_PASS:
                 first = ti.cast(lists.control[FIRST], ti.i32)
                 fill_rows(obstacles, rows, contact, body.u)
+                if ti.static(options.coupled):
+                    fill_pair_rows(contact.coupling, contact, boundary, rows, body)
                 if ti.static(options.varied and options.static_friction):
                     here = contact.friction[STEP]
-                    set_coefficients(body, boundary, obstacles, rows, None, contact, 0, 0, here)
-                resolve(body, boundary, contact, rows, None, pairs, system, launch.viscous_cells, first)
+                    set_coefficients(body, boundary, obstacles, rows, contact.coupling, contact, 0, 0, here)
+                resolve(body, boundary, contact, rows, contact.coupling, pairs, system, launch.viscous_cells, first)
                 if leader(contact) == 1:
-                    end_pass(lists, system)
+                    end_pass(lists, system, squeezed(contact))
+                if ti.static(options.coupled):
+                    if any_island(system.stats, NEXT, MEASURE) == 1:
+                        look_at_pairs(body, lists, boundary, contact, rows, True)
 
     @ti.func
     def device_pass(

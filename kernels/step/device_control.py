@@ -4,8 +4,9 @@ The host offers steps and passes of the static solve; the device takes an offer 
 the last solve has ended (WANTS = NOTHING), a pass where one goes on (A_PASS). A solve that needs more passes than one
 step offers takes those of the next step, whose own launches then do nothing. A solve that did not converge (A_LOOK)
 lets nothing more happen. A step with friction layers waits for them between its load and its kick (A_LAYER); where they
-take two layer steps one after the other, the second one takes the launches of the next step. Behind these numbers stand
-the sums of the boundary nodes and the numbers of the layers, a row for every step of the block.
+take two layer steps one after the other, the second one takes the launches of the next step. Where the host must build
+the rows of pairs of bodies anew (A_ROWS), nothing happens before that. Behind these numbers stand the sums of the
+boundary nodes and the numbers of the layers, a row for every step of the block.
 """
 
 from ..engine import ti
@@ -19,7 +20,7 @@ WANTS, TAKEN, FIRST, PASSES, MOST = 0, 1, 2, 3, 4
 SOLVING, SWEPT, MOST_SWEEPS = 5, 6, 7
 COUNTED_PASSES = 4
 DEVICE_CONTROL = MOST_SWEEPS + COUNTED_PASSES
-NOTHING, A_PASS, A_LOOK, A_LAYER = 0.0, 1.0, 2.0, 3.0
+NOTHING, A_PASS, A_LOOK, A_LAYER, A_ROWS = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
 @ti.func
@@ -59,13 +60,13 @@ def takes_pass(lists: ti.template()):
 
 
 @ti.func
-def end_pass(lists: ti.template(), system: ti.template()):
-    """Note the end of a pass, and what follows."""
+def end_pass(lists: ti.template(), system: ti.template(), squeezed):
+    """Note the end of a pass, and what follows; squeezed: 1 if a node is, which the host must see."""
     passes = lists.control[PASSES] + 1.0
     lists.control[FIRST] = 0.0
     lists.control[PASSES] = passes
     lists.control[MOST] = ti.max(lists.control[MOST], passes)
     lists.control[SWEPT] = 0.0
     if any_island(system.stats, NEXT, MEASURE) == 0:
-        failed = any_island(system.stats, CONVERGED, 0.0)
+        failed = ti.max(any_island(system.stats, CONVERGED, 0.0), squeezed)
         lists.control[WANTS] = ti.select(failed == 1, A_LOOK, NOTHING)

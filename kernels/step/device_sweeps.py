@@ -198,7 +198,7 @@ def make_device_end(signature: Signature, options: ContactOptions, blocks: int, 
                         if system.stats[island * STATS + TODO] != DONE:
                             note_sweeps(system, island, state_of(system, island))
                         conclude(contact, system, island)
-                    end_pass(lists, system)
+                    end_pass(lists, system, 0)
 
     @ti.func
     def device_end(body: ti.template(), lists: ti.template(), contact: ti.template(), system: ti.template()):

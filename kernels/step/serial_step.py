@@ -193,7 +193,7 @@ def make_serial_step(
         if ti.static(contact_model == "penalty"):
             penalty_load(contact, rows)
             if ti.static(coupled):
-                press_all_masters(coupling, body, rows)
+                press_all_masters(coupling, body, contact, rows)
         if ti.static(contact_model == "impulse"):
             before, after = control[BEFORE], control[AFTER]
             span = ti.select(after > 0.0, 0.5 * (before + after), before)
@@ -370,7 +370,7 @@ def make_serial_step(
                     if ti.static(timed):
                         body.params[STEP_LENGTH] = control[AFTER]
                     if ti.static(coupled and contact_model == "penalty"):
-                        if control[AFTER] > 0.0 and is_stale(coupling, boundary, rows, body) == 1:
+                        if control[AFTER] > 0.0 and is_stale(coupling, boundary, contact, rows, body) == 1:
                             control[WANTS_ROWS] = 1.0
                             stop = 1
                     if ti.static(has_contact and options.posed):
@@ -406,7 +406,7 @@ def make_serial_step(
                 if ti.static(coupled and contact_model == "massless"):
                     if again == 1:  # the nodes have moved: rows that slipped too far are built before the measure
                         fill_pair_rows(coupling, contact, boundary, rows, body)
-                        if is_stale(coupling, boundary, rows, body) == 1:
+                        if is_stale(coupling, boundary, contact, rows, body) == 1:
                             control[WANTS_ROWS] = 1.0
                 if ti.static(tied):
                     if state != PRODUCT and state != VISCOUS:

@@ -8,6 +8,7 @@ How it works, in the order of a step of the explicit scheme:
     massless_contact  load of the massless nodes and their prediction; static_solve then places them
     shared_solve      the same solve where several ranks have contact nodes
     friction          Coulomb's law on the kicks and in the static solve; layered_friction limits it by a layer of metal
+    device_layers     what layered_friction keeps, on a GPU, which steps the layers
 
 Obstacles fill the rows; all other parts read rows and know no obstacles. `contact_terms.make_contact` chooses the term
 of a scene. The internal force (`cells.internal_force`) and the boundary nodes (`nodes.boundary_nodes`) stand below, the

@@ -6,6 +6,9 @@ step spans several mechanical ones, the shear stress of the last layer step limi
 then heats the layer: what it cannot take in a step waits for the next one.
 
 Bodies that step together share the number of layer steps: the body that needs the shortest ones sets it for all.
+
+On a GPU these numbers stand on the device (device_layers.py), where kernels/layer/device_layers.py does what is done
+here: what is changed in one of them has to be changed in the other.
 """
 
 from __future__ import annotations

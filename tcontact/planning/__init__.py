@@ -11,6 +11,7 @@ How it works. `planning.plan` decides the terms of a scene and makes a `BodyPlan
     domain, islands                        one numbering of nodes, blocks of cells; the contact nodes of each body
     packing, domain_packs                  cells in packs of lanes, packs in chunks
     partition                              a mesh cut over processes: parts, their copies of nodes, contact nodes
+    device_path                            what threads of a GPU step, and what keeps a domain off that path
     measured                               which numbers the rows of a history hold
     describe                               the plan in words, with bytes
 """

@@ -28,6 +28,7 @@ from ..scene.layer_metals import all_kinds
 from ..scene.scene import Scene
 from .applied_loads import pack_loads
 from .body_plan import FRICTION_TERMS, BodyPlan, PlanBlock
+from .device_path import hindrances
 from .domain import Domain
 from .domain_packs import pack_domain
 from .measured import raw_groups
@@ -65,6 +66,8 @@ def describe(plan: Plan) -> str:
         lines.append("  kernels: " + ", ".join(kernels(plan, domain)))
         sizes = [f"{name} {_readable(size)}" for name, size in memory(plan, domain).items()]
         lines.append("  memory: " + ", ".join(sizes))
+        if slow := hindrances(plan.scene, domain):
+            lines.append(f"  with arch='cuda' on the kernels of the CPU, slowly: {', '.join(slow)}")
     return "\n".join(lines)
 
 

@@ -21,7 +21,7 @@ from ...device.launch import Prepared
 
 # written in every step before it is read
 SCRATCH = ("trial", "answer", "_scratch", "raw", "_raw", "_parts", "corner_forces", "partial_sums", "ledger", "_kept",
-           "_builds", "lists", "_of_lists")  # fmt: skip
+           "_builds", "lists", "_of_lists", "_bundles")  # fmt: skip
 PLAIN = (bool, int, float, str, type(None))
 
 Prints = dict[str, tuple[str, int]]  # array by path: first path to the same array, checksum

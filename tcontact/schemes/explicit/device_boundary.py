@@ -16,6 +16,7 @@ from ...nodes.rigid_bodies import RigidBodies
 from ...planning.device_blocks import scratch
 from ...planning.domain import Domain
 from .device_loads import DeviceLoads
+from .device_pairs import pair_arguments
 from .device_step import LAYERS, DeviceSteps
 
 
@@ -55,6 +56,7 @@ class DeviceBoundarySteps(DeviceSteps):
         super().__init__(force, u, v)
         self.names = device_control
         self.width = group_size(*groups[groups.index("boundary") :])
+        pairs = None if contact is None else contact.pairs
         layered = contact is not None and isinstance(contact.friction, LayeredFriction)
         self._row_width = self.width + layered * LAYERS
         own = self._own = {
@@ -78,7 +80,7 @@ class DeviceBoundarySteps(DeviceSteps):
             else SupportArrays(**supports.arguments(), sums=own["sums"]),
             "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
             "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
-            "contact": Contact(**({} if contact is None else contact.arguments()), **shared),
+            "contact": Contact(**({} if contact is None else contact.arguments()), **shared, **pair_arguments(pairs)),
             "pairs": Pairs(),
             "system": System(),
             "rigid": Rigid() if rigid is None else Rigid(**rigid.arguments(), sums=own["sums"]),
@@ -90,7 +92,9 @@ class DeviceBoundarySteps(DeviceSteps):
         parts = domain.kinds, signature, force.threads, options, *has
         options_of = domain.options | {"loaded": loads.name}
         self._steps = self.parts_of_step(lambda part: made(*parts, **options_of, part=part))
-        self._arrays = arguments(step)
+        self._bundles = (step,)
+        self._parts = (arguments(step),)
+        self.watch_pairs(pairs, u)
         if loads.name:
             self._keep(loads.kept)
         if rigid is not None and contact is not None:
@@ -105,16 +109,21 @@ class DeviceBoundarySteps(DeviceSteps):
     def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
         commit = int(self.force.memory is not None)
         numbers = [float(number) for number in (steps[0], *kicks, *self.force.gravity, steps[1])]
-        offer, taken = 0, 0
-        while taken < rows:
+        self.begin_pairs()
+        offer, taken, built = 0, 0, self.rows_built
+        while taken < rows and self.rows_built == built:
             for _ in range(rows - taken):
-                self.launch_step(offer, commit, numbers, self._arrays)
+                self.launch_step(offer, commit, numbers, self._parts[0])
                 offer += 1
             control = self._read()
             taken = int(control[self.names.TAKEN])  # fewer where friction layers took two layer steps in one
-        boundary = control[self.names.DEVICE_CONTROL :].reshape(-1, self._row_width)[:rows]
+            if control[self.names.WANTS] == self.names.A_ROWS:
+                self.build_rows()
+                control[self.names.WANTS] = self.names.NOTHING
+                arrays.set_values(self._own["control"], control)
+        boundary = control[self.names.DEVICE_CONTROL :].reshape(-1, self._row_width)[:taken]
         self.note_layers(boundary)
-        return np.concatenate([self.force.ledger_rows(rows), boundary[:, : self.width]], axis=1)
+        return np.concatenate([self.force.ledger_rows(taken), boundary[:, : self.width]], axis=1)
 
     def _read(self) -> np.ndarray:
         """Return what the device does next, and the sums of the boundary nodes of the rows of a block."""

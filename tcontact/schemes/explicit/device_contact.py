@@ -20,6 +20,7 @@ from ...planning.device_blocks import contact_blocks, partial_numbers, scratch, 
 from ...planning.device_lists import colour_lists, givers, parts_of, surface_corners, surface_threads
 from ...planning.domain import Domain
 from .device_loads import DeviceLoads
+from .device_pairs import pair_arguments
 from .device_step import LAYERS, DeviceSteps
 from .device_sweeps import DeviceSweeps
 
@@ -85,21 +86,25 @@ class DeviceContactSteps(DeviceSteps):
         lists = force.lists._replace(contact_parts=own["contact_parts"], control=own["control"])
         shared = "sums", "shared", "residual_givers", "residual_shares", "partial"
         shares = {name: own[name] for name in shared if name in own}
+        shares |= self.layer_arguments() | pair_arguments(contact.pairs)
         common = {
             "boundary": Boundary(**boundary.arguments(), **loads.arguments(), sums=own["sums"]),
             "obstacles": Obstacles(**contact.obstacle_arguments()),
             "rows": Rows(**contact.row_arguments()),
-            "contact": Contact(**contact.arguments(), **shares, **self.layer_arguments()),
+            "contact": Contact(**contact.arguments(), **shares),
         }
         body = force.device_bundle()._replace(u=u, v=v)
         stepped = body._replace(node_info=force.info, special_force=force.special_force)
         surface = body._replace(v=None, mass=None, rows=force.corner_forces, corner_rows=own["corner_rows"])
-        if options.varied and options.static_friction:  # of rows that get a new partner in the solve
+        rubs = options.static_friction
+        if rubs and (options.varied or options.coupled):  # of rows that get a new partner in the solve, of masters
             surface = surface._replace(v=v)
         if most_colours:
             own["sweep_state"] = arrays.zeros(STATE * len(solve.islands))
         system = System(**solve.system, colours=own["colours"], sweep_state=own.get("sweep_state"))
         measures = System(stiffness=system.stiffness, settings=system.settings, stats=system.stats)
+        if contact.pairs is not None:  # which look for squeezed nodes
+            measures = measures._replace(gaps=system.gaps, normals=system.normals, response=system.response)
         held = SupportArrays() if supports is None else SupportArrays(**supports.arguments(), sums=own["sums"])
         stepping, launch = lists._replace(contact_parts=None), Launch()
         if self._cells is not None:
@@ -122,7 +127,7 @@ class DeviceContactSteps(DeviceSteps):
         surfaces = {block.kind for block in domain.blocks if len(block.contact)}
         measured = tuple(i for i, kind in enumerate(domain.kinds) if kind in surfaces)
         threads = surface_threads(force.packs)
-        exact, options_of = contact.exact, domain.options
+        exact, options_of = contact.exact and contact.pairs is None, domain.options
         made = device_contact.make_device_contact_step
         has = exact, supports is not None, bool(domain.driven), bool(domain.springs)
         cells = (measured, threads) if contact.viscous else ((), 0)
@@ -136,7 +141,9 @@ class DeviceContactSteps(DeviceSteps):
         if most_colours:
             swept = controlled, common["contact"], system
             self._sweeps = DeviceSweeps(swept, surface, common["rows"], options, blocks, most_colours)
-        self._arrays = tuple(arguments(bundles) for bundles in (step, start, solved))
+        self._bundles = step, start, solved
+        self._parts = tuple(arguments(bundles) for bundles in self._bundles)
+        self.watch_pairs(contact.pairs, u)
         names = "values", "inverse", "stiffness", "stats"
         self._keep([] if self.layers is None else self.layers.kept())
         self._keep([contact.displacement_before, contact.active, *(solve.system[name] for name in names)])
@@ -194,24 +201,28 @@ class DeviceContactSteps(DeviceSteps):
 
     def begin(self) -> None:
         """Bring the massless nodes to equilibrium at the start."""
-        self._start(*self._arrays[1])
+        self._start(*self._parts[1])
         self._settle()
 
     def _offer_pass(self, number: int, times: int = 1) -> None:
         """Offer pass `number` of a step; times: as many sweeps as usual, where they are launched one by one."""
-        self._pass(*self._arrays[2])
+        self._pass(*self._parts[2])
         if self._sweeps is not None:
             self._sweeps.offer(number, times)
 
     def _settle(self) -> np.ndarray:
         """Offer passes until the static solve has ended; return the numbers of the device."""
         names = self.names
-        for turn in range(9):
+        for turn in range(99):
             control = np.array(arrays.get(self._own["control"]))
+            if control[names.WANTS] == names.A_ROWS:
+                self.build_rows()
+                control[names.WANTS] = names.A_PASS
+                arrays.set_values(self._own["control"], control)
             if control[names.WANTS] != names.A_PASS:
                 break
             for _ in range(MORE_PASSES):
-                self._offer_pass(0, 1 << turn)
+                self._offer_pass(0, 1 << min(turn, 8))
         if control[names.WANTS] == names.A_LOOK:  # the host has seen it
             after = control.copy()
             after[names.WANTS] = names.NOTHING
@@ -220,18 +231,20 @@ class DeviceContactSteps(DeviceSteps):
 
     def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
         """Take up to `rows` steps, fewer where a static solve does not converge; return their raw rows."""
+        self.begin_pairs()
         names, offer, taken = self.names, 0, 0
         commit = int(self.force.memory is not None)
         numbers = [float(number) for number in (steps[0], *kicks, *self.force.gravity, steps[1])]
         while taken < rows:
             for _ in range(rows - taken):
-                self.launch_step(offer, commit, numbers, self._arrays[0])
+                self.launch_step(offer, commit, numbers, self._parts[0])
                 offer += 1
                 for number in range(self.passes if steps[1] > 0.0 else 0):
                     self._offer_pass(number)
+            built = self.rows_built
             control = self._settle()
             taken = int(control[names.TAKEN])
-            if control[names.WANTS] == names.A_LOOK:
+            if control[names.WANTS] == names.A_LOOK or self.rows_built != built:
                 break
         self.passes = max(1, int(control[names.MOST]))
         if self._sweeps is not None:

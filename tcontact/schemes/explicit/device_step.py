@@ -9,53 +9,26 @@ import numpy as np
 
 from ...cells.device_force import DeviceForce
 from ...contact.device_layers import DeviceLayers
+from ...contact.pairs.pair_contact import PairContact
 from ...device import arrays, runtime
 from ...device.launch import Prepared
 from ...kernels.columns import RIGID, group_size, raw_places
 from ...kernels.lanes import DEVICE_ROWS
 from ...kernels.layer_places import ROW as LAYER_ROW
+from ...planning.device_path import hindrances
 from ...planning.domain import Domain
-from ...scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact
-from ...scene.friction_models import FrictionLayer
-from ...scene.layer_metals import warms_bodies
 from ...scene.scene import Scene
-from ..sensors import sensed
+from .device_pairs import DevicePairs
 
 LAYERS = len(LAYER_ROW)  # numbers of the friction layers in a row
 
 
 def steps_on_device(scene: Scene, domain: Domain, arch: str | None = None) -> bool:
-    """Return whether threads of a GPU step a domain: its nodes, supports and contact.
+    """Return whether threads of a GPU step a domain, see `hindrances`.
 
-    Supports, springs and loads are of all kinds but own forces of the user, contact is that with obstacles, with or
-    without friction, friction layers among it. Pairs of bodies, friction layers that warm cells, own forces, rigid
-    parts, periodic bodies, bulk viscosity, node-averaged cells and probes are stepped by the kernels of the CPU, which
-    run on a GPU too, slowly. arch: the backend, None = the one in use.
+    If not, the kernels of the CPU step it, which run on a GPU too, slowly. arch: the backend, None = the one in use.
     """
-    from ...kernels.elements import FUNCTIONS
-
-    if (arch or runtime.arch()) != "cuda":
-        return False
-    if not _boundary_on_device(scene, domain) or domain.images is not None:
-        return False
-    if any(one.part is not None for one in domain.rigid) or domain.viscosity is not None:
-        return False
-    if any(load.own for body in domain.bodies for load in body.body.loads):
-        return False
-    averaged = any(FUNCTIONS[element].averaged for element, _law in domain.kinds)
-    return not averaged and not sensed(scene, domain.bodies)
-
-
-def _boundary_on_device(scene: Scene, domain: Domain) -> bool:
-    """Return whether threads of a GPU step the boundary nodes of a domain, or there are none."""
-    contact = domain.contact
-    if domain.mixed and len(domain.boundary):
-        return False
-    if contact is None:
-        return not domain.rigid
-    if not isinstance(scene.contact, MasslessContact | PenaltyContact | ImpulseContact) or not len(contact.nodes):
-        return False
-    return not domain.pairs and not (isinstance(scene.friction, FrictionLayer) and warms_bodies(scene))
+    return (arch or runtime.arch()) == "cuda" and not hindrances(scene, domain)
 
 
 class DeviceSteps:
@@ -77,6 +50,9 @@ class DeviceSteps:
         self._places = raw_places(viscous, force.plastic)
         self._rate_place: int | None = None
         self.layers: DeviceLayers | None = None  # the friction layers, if there are any
+        self.pairs: DevicePairs | None = None  # the rows of pairs of bodies, if there are any
+        self._bundles: tuple[dict[str, Any], ...] = ()  # of the launches, and their arrays
+        self._parts: tuple[tuple[arrays.Array, ...], ...] = ()
         self._steps: list[Prepared] = []  # the launches of a step; with layers they come between two of them
 
     def layer_arguments(self) -> dict[str, arrays.Array]:
@@ -95,6 +71,34 @@ class DeviceSteps:
         if self.layers is not None:
             self.layers.advance(0.5 * (numbers[0] + numbers[-1]))
             self._steps[1](offer, commit, *numbers, *given)
+
+    def watch_pairs(self, pairs: PairContact | None, u: arrays.Array) -> None:
+        """Build the rows of pairs of bodies where the device asks for it; u: displacement."""
+        self.pairs = None if pairs is None else DevicePairs(pairs, u)
+
+    def begin_pairs(self) -> None:
+        """Begin a block of steps with the present rows of pairs."""
+        if self.pairs is not None:
+            self.pairs.begin()
+            self._take_rows()  # those of a checkpoint may have replaced the arrays
+
+    def build_rows(self) -> None:
+        """Build the rows of pairs anew."""
+        assert self.pairs is not None
+        self.pairs.build()
+        self._take_rows()
+
+    def _take_rows(self) -> None:
+        """Hand the arrays of the rows of pairs to the launches."""
+        from ...kernels.language.signatures import arguments
+
+        assert self.pairs is not None
+        self._parts = tuple(arguments(self.pairs.replaced(bundles)) for bundles in self._bundles)
+
+    @property
+    def rows_built(self) -> int:
+        """How often the rows of pairs were built."""
+        return 0 if self.pairs is None else self.pairs.built
 
     def note_layers(self, rows: np.ndarray) -> None:
         """Take the numbers of the friction layers from the end of each of the rows of the boundary nodes."""
@@ -148,7 +152,12 @@ class DeviceSteps:
         if done < len(found):
             for target, source in zip(self._state, self._kept, strict=True):
                 arrays.copy(source, target)
+            if self.pairs is not None:
+                self.pairs.go_back()
+                self._take_rows()
             found = self._take(kicks, steps, done)
+        if self.pairs is not None:
+            self.pairs.end()
         return found
 
     def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:

@@ -182,6 +182,8 @@ class DomainState:
         if self.serial is not None and self.loads is not None:
             self.internal_force.set_steps(0.0, 0.0, 0.0)
             self.serial.run(self.serial.names.LOADS, self.u, self.v, 0.0, 0.0, 0.0)
+        if isinstance(self.device, DeviceBoundarySteps) and self.device.pairs is not None:
+            self.device.build_rows()
         if isinstance(self.device, DeviceContactSteps) and self.contact is not None:
             assert self.domain.contact is not None
             self.device.begin()
