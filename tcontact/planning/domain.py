@@ -89,22 +89,20 @@ class CellBlock:
 
 
 class Domain:
-    """Bodies in one numbering.
+    """Bodies in one numbering; shared, whole, counted, place: of a rank (partition/domain_part.py), else None.
 
-    shared, whole, counted, place: of a part that a rank has (partition/domain_part.py), else None;
-    numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; springs: those
-    of its bodies; obstacles: rigid bodies of the obstacles, if some move freely; chunks: chunks of its cells
-    (packing.py), None = as many as suit the threads; mixed: its ordinary cells compute in float32
-    (kernels/cells/mixed_cells.py); records_friction: frames hold slip and friction work of its
-    contact nodes; node_start, contact_start [bodies + 1]: first node and contact node of a body; boundary_place: for
-    every body, places [s] of its boundary nodes among those of the domain; rigid: rigid bodies that move with it. The
-    other attributes are those of `BodyPlan` for all bodies.
+    numbers: of the bodies in the scene; pairs: its bodies that are in contact with each other; springs: those of its
+    bodies; obstacles: rigid bodies of the obstacles, if some move freely; chunks: chunks of its cells (packing.py),
+    None = as many as suit the threads; mixed: its ordinary cells compute in float32 (kernels/cells/mixed_cells.py);
+    records_friction: frames hold slip and friction work of its contact nodes; node_start, contact_start [bodies + 1]:
+    first node and contact node of a body; boundary_place: for every body, places [s] of its boundary nodes among those
+    of the domain; rigid: rigid bodies that move with it. The rest is as in `BodyPlan`, of all bodies.
     """
 
     shared: Any = None
     whole: Domain | None = None
     counted: np.ndarray | None = None
-    place: Any = None
+    place: Any
 
     def __init__(
         self,
