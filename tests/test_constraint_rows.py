@@ -8,8 +8,9 @@ from test_static_solve import pressed, problem
 
 import tcontact as tc
 from tcontact.device import arrays
-from tcontact.kernels.language.bundles import Boundary, Contact, Pairs, Rows, System
+from tcontact.kernels.language.bundles import Boundary, Contact, Rows
 from tcontact.kernels.language.signatures import arguments, kernel_of, signature_of
+from tcontact.kernels.language.solve_bundles import Pairs, System
 from tcontact.kernels.static.solve import make_resolve
 
 

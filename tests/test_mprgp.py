@@ -17,8 +17,9 @@ from tcontact.cases import cube_impact
 from tcontact.device import arrays
 from tcontact.kernels.lanes import ISLAND, SWEEP_LANES
 from tcontact.kernels.language.arguments import ARRAY, INDEX
-from tcontact.kernels.language.bundles import ContactOptions, System
+from tcontact.kernels.language.bundles import ContactOptions
 from tcontact.kernels.language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
+from tcontact.kernels.language.solve_bundles import System
 from tcontact.kernels.node_places import PLACES
 from tcontact.kernels.static import control as names
 from tcontact.kernels.static.mprgp import mprgp

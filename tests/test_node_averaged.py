@@ -168,9 +168,10 @@ def contact_stiffness(body, removal, u):
     import taichi as ti
 
     from tcontact.kernels.cells.node_volumes import make_volume_phase
-    from tcontact.kernels.language.bundles import Contact, Launch, Pairs
+    from tcontact.kernels.language.bundles import Contact, Launch
     from tcontact.kernels.language.compile_options import KEEP_VECTORS, compiled_with
     from tcontact.kernels.language.signatures import arguments, kernel_of, signature_of
+    from tcontact.kernels.language.solve_bundles import Pairs
     from tcontact.kernels.static.averaged_tangent import sum_members
     from tcontact.kernels.static.solve import summed
     from tcontact.kernels.static.surface_tangent import make_surface_tangent

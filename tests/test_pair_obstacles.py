@@ -18,8 +18,9 @@ from tcontact.kernels.contact.islands import node_count
 from tcontact.kernels.contact.pair_rows import collect
 from tcontact.kernels.lanes import ISLAND, SWEEP_LANES
 from tcontact.kernels.language.arguments import ARRAY, INDEX
-from tcontact.kernels.language.bundles import Contact, ContactOptions, Coupling, Rows, System
+from tcontact.kernels.language.bundles import Contact, ContactOptions, Coupling, Rows
 from tcontact.kernels.language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
+from tcontact.kernels.language.solve_bundles import System
 from tcontact.kernels.node_places import PLACES
 from tcontact.kernels.static import control as names
 from tcontact.kernels.static.chosen_rows import OPPOSED, choose_rows

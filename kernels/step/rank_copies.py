@@ -120,6 +120,6 @@ def make_rank_copies(
                 conclude(contact, system, island)
             elif phase == RENEW:
                 fill_pair_rows(coupling, contact, boundary, rows, body)
-                control[RESULT] = float(is_stale(coupling, boundary, rows, body))
+                control[RESULT] = float(is_stale(coupling, boundary, contact, rows, body))
 
     return compiled_with(kernel_of(rank_copies, signature, options=options), **KEEP_VECTORS, **LEAVE_TO_LLVM)

@@ -60,20 +60,10 @@ class CopiedSolve:
         self, domain: Domain, boundary: BoundaryNodes, sums: arrays.Array
     ) -> tuple[Prepared, tuple[arrays.Array, ...], int]:
         """Make the kernel, its arrays behind those of the force pass, and the place of those of the rows among them."""
-        from ..kernels.language.bundles import (
-            PAIR_LISTS,
-            Boundary,
-            Contact,
-            Coupling,
-            JointPairs,
-            Obstacles,
-            Pairs,
-            RankLaunch,
-            Rows,
-            System,
-        )
+        from ..kernels.language.bundles import Boundary, Contact, Coupling, Obstacles, RankLaunch, Rows
         from ..kernels.language.joint_lists import joined
         from ..kernels.language.signatures import MOST, arguments, signature_of
+        from ..kernels.language.solve_bundles import PAIR_LISTS, JointPairs, Pairs, System
         from ..kernels.step.rank_copies import make_rank_copies
 
         contact, solve = self.contact, self.contact.static_solve

@@ -126,19 +126,10 @@ class SharedSolve:
         self, domain: Domain, boundary: BoundaryNodes, sums: arrays.Array
     ) -> tuple[Prepared, Prepared, tuple[tuple, tuple]]:
         """Make the kernels of the phases and of the sweeps, and the arrays of both, behind those of the force pass."""
-        from ..kernels.language.bundles import (
-            PAIR_LISTS,
-            Boundary,
-            Contact,
-            JointPairs,
-            Obstacles,
-            Pairs,
-            RankLaunch,
-            Rows,
-            System,
-        )
+        from ..kernels.language.bundles import Boundary, Contact, Obstacles, RankLaunch, Rows
         from ..kernels.language.joint_lists import joined
         from ..kernels.language.signatures import MOST, arguments, signature_of
+        from ..kernels.language.solve_bundles import PAIR_LISTS, JointPairs, Pairs, System
         from ..kernels.step.rank_solve import make_rank_solve, make_rank_sweep
 
         contact, solve = self.contact, self.contact.static_solve

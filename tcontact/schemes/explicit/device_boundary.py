@@ -38,19 +38,10 @@ class DeviceBoundarySteps(DeviceSteps):
         supports: Supports | None,
         rigid: RigidBodies | None = None,
     ) -> None:
-        from ...kernels.language.bundles import (
-            Boundary,
-            Contact,
-            ContactOptions,
-            Launch,
-            Obstacles,
-            Pairs,
-            Rigid,
-            Rows,
-            System,
-        )
+        from ...kernels.language.bundles import Boundary, Contact, ContactOptions, Launch, Obstacles, Rigid, Rows
         from ...kernels.language.bundles import Supports as SupportArrays
         from ...kernels.language.signatures import arguments, signature_of
+        from ...kernels.language.solve_bundles import Pairs, System
         from ...kernels.step import device_contact, device_control
 
         super().__init__(force, u, v)

@@ -47,9 +47,10 @@ class DeviceContactSteps(DeviceSteps):
         supports: Supports | None = None,
         rigid: RigidBodies | None = None,
     ) -> None:
-        from ...kernels.language.bundles import Boundary, Contact, Launch, Obstacles, Pairs, Rigid, Rows, System
+        from ...kernels.language.bundles import Boundary, Contact, Launch, Obstacles, Rigid, Rows
         from ...kernels.language.bundles import Supports as SupportArrays
         from ...kernels.language.signatures import arguments, signature_of
+        from ...kernels.language.solve_bundles import Pairs, System
         from ...kernels.step import device_contact, device_control, device_surface
 
         super().__init__(force, u, v, contact.viscous)

@@ -43,22 +43,19 @@ class SerialStep:
         rigid: RigidBodies | None = None,
     ) -> None:
         from ...kernels.language.bundles import (
-            PAIR_LISTS,
             Boundary,
             Contact,
             ContactOptions,
             Coupling,
-            JointPairs,
             Launch,
             Obstacles,
-            Pairs,
             Rigid,
             Rows,
-            System,
         )
         from ...kernels.language.bundles import Supports as SupportArrays
         from ...kernels.language.joint_lists import joined
         from ...kernels.language.signatures import MOST, arguments, signature_of
+        from ...kernels.language.solve_bundles import PAIR_LISTS, JointPairs, Pairs, System
         from ...kernels.step import launch_control
         from ...kernels.step import serial_step as kernels
 
