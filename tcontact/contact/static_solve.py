@@ -36,8 +36,8 @@ class StaticSolve:
     """Arrays of the static solve of a domain; order: of the sweeps; slots: constraint rows of a node.
 
     pairs: stiffness between pairs of contact nodes [N/m] and its assembly, by the names of
-    kernels/language/solve_bundles.Pairs; system: the linear problem K d = right + lambda nu for the increments d [m] of the
-    massless components, right [N], K [N/m], gaps [m], by the names of solve_bundles.System, where all shapes stand. ghosts:
+    `Pairs` in kernels/language/solve_bundles.py; system: the linear problem K d = right + lambda nu for the increments d
+    [m] of the massless components, right [N], K [N/m], gaps [m], by the names of `System` there, with all shapes. ghosts:
     number of contact nodes of other ranks that stand behind those of this one; described: the domain and the islands
     [i] of all ranks, from which the settings follow; None: there are no other ranks. Of each island: settings [islands,
     SETTINGS] and stats [islands, STATS] in the order of kernels/static/control.py.
@@ -187,7 +187,7 @@ class StaticSolve:
 
 
 def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray]:
-    """Return the contact cells by block, as in kernels/language/solve_bundles.Pairs: their nodes and quadrature data."""
+    """Return the contact cells by block, see `Pairs` in kernels/language/solve_bundles.py: nodes, quadrature."""
     lane = 0
     blocks, nodes, gradients, weights = [], [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0)]
     for number, block in enumerate(domain.blocks):
