@@ -23,6 +23,7 @@ The rooms, from top to bottom; each imports only what stands below it:
     volume_places  places of volume changes averaged at nodes; host and kernels share it
     load_places places of the data of loads; host and kernels share it
     layer_places  places of friction layers on a GPU; host and kernels share it
+    sweep_places  places of the numbers that control sweeps; host and kernels share it
     lanes       sizes and places that the host and the kernels agree on
     engine      the one module that imports the compiler, Taichi
 

@@ -53,6 +53,7 @@ KERNEL_ROOMS = (
     "volume_places",
     "load_places",
     "layer_places",
+    "sweep_places",
     "lanes",
     "engine",
 )

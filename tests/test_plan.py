@@ -133,7 +133,7 @@ before = {m for m in sys.modules if m.startswith("tcontact.")}
 scene, _, _ = test_plan.SCENES[name]
 tc.plan(scene)
 tables = (".lanes", ".columns", ".node_places", ".pair_places", ".rigid_places", ".volume_places", ".load_places",
-          ".layer_places")
+          ".layer_places", ".sweep_places")
 kernels = [m for m in sys.modules if m.startswith("tcontact.kernels.") and not m.endswith(tables)]
 assert not kernels and "taichi" not in sys.modules, "planning needs no kernels"
 result = tc.simulate(scene, threads=2)

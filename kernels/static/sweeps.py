@@ -23,6 +23,21 @@ from ..engine import ti
 from ..lanes import SWEEP_LANES as LANES
 from ..language.threads import item, largest_of, leader, meet, sum_of, turns
 from ..language.vectors import load, store
+from ..sweep_places import (
+    ACCELERATED,
+    BACKWARD,
+    CHECKED,
+    COUNT,
+    DEFECT,
+    FACTOR,
+    MARK,
+    MOST,
+    OMEGA,
+    RUNNING,
+    STALLING,
+    STATE,
+    STRAIGHT,
+)
 from .control import (
     BEFORE,
     F_REF,
@@ -43,21 +58,6 @@ from .massless_node import entries, in_space, settle, square
 from .neighbours import forces_at, neighbour_forces
 from .rubbing import begin_rubbing, end_rubbing, rub_pack
 from .sliding import update_with_friction
-from .sweep_state import (
-    ACCELERATED,
-    BACKWARD,
-    CHECKED,
-    COUNT,
-    DEFECT,
-    FACTOR,
-    MARK,
-    MOST,
-    OMEGA,
-    RUNNING,
-    STALLING,
-    STATE,
-    STRAIGHT,
-)
 
 STALLED = 0.7  # a sweep that leaves more than this ratio of a residual at rounding level is the last one
 INTERVAL = 10.0  # sweeps between two checks of their progress

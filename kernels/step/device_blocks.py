@@ -30,15 +30,8 @@ from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
 from ..nodes.device_nodes import step_numbers
 from ..static.control import DONE, MEASURE, NEXT, STALE, STATS, SWEEPS, TODO
 from ..static.massless_contact import note_remaining, receive_shares, share_load
-from ..static.solve import (
-    blocks_of_nodes,
-    decide,
-    make_linearise,
-    measure_nodes,
-    note_extremes,
-    note_measure,
-    solve_island,
-)
+from ..static.residual import measure_nodes, note_measure
+from ..static.solve import blocks_of_nodes, decide, make_linearise, note_extremes, solve_island
 from .device_control import (
     COUNTED_PASSES,
     DEVICE_CONTROL,

@@ -23,7 +23,6 @@ from ..language.signatures import Signature, kernel_of
 from ..language.threads import leader, meet, over_blocks, put_sums
 from ..static.control import DONE, STATS, TODO, goals
 from ..static.solve import conclude
-from ..static.sweep_state import ACCELERATED, BACKWARD, FACTOR, OMEGA, RUNNING, STATE
 from ..static.sweeps import (
     clear,
     decide_sweep,
@@ -37,6 +36,7 @@ from ..static.sweeps import (
     started,
     sweep_colour,
 )
+from ..sweep_places import ACCELERATED, BACKWARD, FACTOR, OMEGA, RUNNING, STATE
 from .device_control import A_PASS, COUNTED_PASSES, MOST_SWEEPS, PASSES, SOLVING, SWEPT, WANTS, end_pass, takes_pass
 
 DUE = 2.0  # value of the state RUNNING before the first sweep, and where a pass has no more launches for the next one

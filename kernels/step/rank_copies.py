@@ -41,7 +41,8 @@ from ..static.control import (
 )
 from ..static.mprgp import mprgp
 from ..static.pair_sliding import accelerated
-from ..static.solve import assemble_node, conclude, make_linearise, note_measure, rounding_of_node, set_right
+from ..static.residual import assemble_node, note_measure, rounding_of_node, set_right
+from ..static.solve import conclude, make_linearise
 from ..static.sweeps import move
 from .rank_phases import ASSEMBLE, FIRST, INVERT, ISLAND_AT, LINEARISE, MEASURE, MEASURED, PHASE, RENEW, RESULT, SOLVE
 from .rank_solve import assemble_parts, invert_diagonals, measure_nodes

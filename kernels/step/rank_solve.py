@@ -31,19 +31,9 @@ from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_wit
 from ..language.signatures import Signature, kernel_of
 from ..static.control import DONE, MINIMUM_FORCE, NEXT, SETTINGS, STATS, goals, judge
 from ..static.massless_node import square
+from ..static.residual import assemble_node, collect, note_measure, rounding_of_node, set_right
 from ..static.rubbing import end_rubbing
-from ..static.solve import (
-    assemble_node,
-    collect,
-    conclude,
-    couplings_of_node,
-    invert_diagonal,
-    make_linearise,
-    note_measure,
-    rounding_of_node,
-    set_right,
-    summed,
-)
+from ..static.solve import conclude, couplings_of_node, invert_diagonal, make_linearise, summed
 from ..static.sweeps import advance_of_pair, begin_sweeps, extrapolate, longest_increment, move_by, sweep_range
 from .rank_phases import (
     ADVANCE,

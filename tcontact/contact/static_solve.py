@@ -35,11 +35,11 @@ MINIMUM_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the m
 class StaticSolve:
     """Arrays of the static solve of a domain; order: of the sweeps; slots: constraint rows of a node.
 
-    pairs: stiffness between pairs of contact nodes [N/m] and its assembly, by the names of
-    `Pairs` in kernels/language/solve_bundles.py; system: the linear problem K d = right + lambda nu for the increments d
-    [m] of the massless components, right [N], K [N/m], gaps [m], by the names of `System` there, with all shapes. ghosts:
-    number of contact nodes of other ranks that stand behind those of this one; described: the domain and the islands
-    [i] of all ranks, from which the settings follow; None: there are no other ranks. Of each island: settings [islands,
+    pairs: stiffness between pairs of contact nodes [N/m] and its assembly, by the names of `Pairs` in
+    kernels/language/solve_bundles.py; system: the linear problem K d = right + lambda nu for the increments d [m] of
+    the massless components, right [N], K [N/m], gaps [m], by the names of `System` there. ghosts: number of contact
+    nodes of other ranks that stand behind those of this one; described: the domain and the islands [i] of all ranks, from
+    which the settings follow; None: there are no other ranks. Of each island: settings [islands,
     SETTINGS] and stats [islands, STATS] in the order of kernels/static/control.py.
     """
 

@@ -13,7 +13,7 @@ from ...device import arrays
 from ...device.launch import Prepared
 from ...kernels.columns import group_size
 from ...kernels.lanes import BLOCK_THREADS, DEVICE_ROWS
-from ...kernels.static.sweep_state import STATE
+from ...kernels.sweep_places import STATE
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.rigid_bodies import RigidBodies
 from ...planning.device_blocks import contact_blocks, partial_numbers, scratch, sweep_colours
