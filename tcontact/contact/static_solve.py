@@ -38,8 +38,8 @@ class StaticSolve:
     pairs: stiffness between pairs of contact nodes [N/m] and its assembly, by the names of `Pairs` in
     kernels/language/solve_bundles.py; system: the linear problem K d = right + lambda nu for the increments d [m] of
     the massless components, right [N], K [N/m], gaps [m], by the names of `System` there. ghosts: number of contact
-    nodes of other ranks that stand behind those of this one; described: the domain and the islands [i] of all ranks, from
-    which the settings follow; None: there are no other ranks. Of each island: settings [islands,
+    nodes of other ranks that stand behind those of this one; described: the domain and the islands [i] of all ranks,
+    from which the settings follow; None: there are no other ranks. Of each island: settings [islands,
     SETTINGS] and stats [islands, STATS] in the order of kernels/static/control.py.
     """
 
