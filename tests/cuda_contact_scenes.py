@@ -271,18 +271,18 @@ PAIRED = (paired, stacked, touched, padded)
 # scenes that combine what others have term by term: with --slow alone, since each has kernels of its own
 SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 COMBINED = () if SLOW else (
-    linear, sagged, fast, rubbed, spun, fused, branded, paired, stacked, touched, padded
+    linear, sagged, fast, rubbed, spun, carried, fused, branded, stacked, touched, padded
 )  # fmt: skip
 RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION + LAYERED if scene not in COMBINED)
 SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION + LAYERED + PAIRED if scene not in COMBINED}
 STEPS = {scene.__name__: STEP for scene in LAYERED} | {"paired": 2e-6}  # first ones [s], else 2e-5
 
 # those that run with the threads in reversed order too
-REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held", "floated", "paved") + (
-    ("baked", "paired") if SLOW else ()
+REVERSED = ("full", "wedged", "slowed", "pressed", "held", "floated", "paved", "paired") + (
+    ("crushed", "corner", "swept", "baked") if SLOW else ()
 )
 # those whose launches of a block are counted
-COUNTED = ("normal", "wedged", "slowed", "repelled", "swept", "paved", "baked") + (("paired",) if SLOW else ())
+COUNTED = ("normal", "wedged", "slowed", "repelled", "swept", "paved", "baked", "paired")
 # those that run once more with several blocks of threads, which few nodes do not get by themselves
 SHARED = ("ball",)
 

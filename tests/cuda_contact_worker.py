@@ -104,16 +104,18 @@ def by_several_blocks(name: str) -> dict[str, np.ndarray]:
 def main(out: str) -> None:
     """Run everything and store it."""
     runtime.start("cuda")
-    found = {f"{name}/calls": np.array(calls_of_a_block(name)) for name in cuda_contact_scenes.COUNTED}
+    found: dict[str, np.ndarray] = {}
     found["search/class"], found["search/damped"] = (
         np.array(part) for part in cuda_contact_scenes.damped_steps("slowed")
     )
     reverse = "FAKE_CUDA_REVERSE" in os.environ
     for name in cuda_contact_scenes.REVERSED if reverse else cuda_contact_scenes.SCENES:
         found |= {f"{name}/{key}": value for key, value in cuda_contact_scenes.run(name, "cuda").items()}
-    for name in () if reverse else cuda_contact_scenes.SHARED:
-        found |= {f"shared-{name}/{key}": value for key, value in by_several_blocks(name).items()}
-    found |= {f"short/{key}": value for key, value in short_of_passes().items()}
+    if not reverse:
+        found |= {f"{name}/calls": np.array(calls_of_a_block(name)) for name in cuda_contact_scenes.COUNTED}
+        for name in cuda_contact_scenes.SHARED:
+            found |= {f"shared-{name}/{key}": value for key, value in by_several_blocks(name).items()}
+        found |= {f"short/{key}": value for key, value in short_of_passes().items()}
     if cuda_contact_scenes.SLOW and not reverse:
         found["resumed"] = resumed()
     np.savez(out, **found)
