@@ -49,8 +49,8 @@ def scale_of(key, values, expected):
         size = np.abs(expected[f"history_pair_force:{PAIR}"]).max()  # forces between bodies cancel out
         return size * (expected["history_time"][-1] if key == "history_impulse" else 1.0)
     largest = np.abs(values).max(initial=0.0)
-    if key == "history_gap_min" and largest < 1e-15 * np.abs(expected["position"]).max():
-        return np.abs(expected["position"]).max()  # of a body that stays in contact
+    if key == "history_gap_min":  # a difference of positions, with their rounding error
+        return max(largest, np.finfo(float).eps / CLOSE * np.abs(expected["position"]).max())
     return largest
 
 
