@@ -11,6 +11,7 @@ from tcontact.contact.static_solve import contact_blocks
 from tcontact.device import arrays
 
 Bodies = namedtuple("Bodies", "params position u memory")
+Contacts = namedtuple("Contacts", "basis")
 Pairs = namedtuple("Pairs", "blocks cell_nodes shape_gradients start corners nodes values")
 
 
@@ -36,7 +37,7 @@ def tangent_kernel(kind, law, block, plain):
     ):  # fmt: skip
         body = ti.static(Bodies(params, position, u, memory))
         lists = ti.static(Pairs(blocks, cell_nodes, shape_gradients, start, corners, nodes, values))
-        tangent(body, basis, lists, 0)
+        tangent(body, ti.static(Contacts(basis)), lists, 0)
 
     return kernel
 

@@ -191,7 +191,7 @@ def contact_stiffness(body, removal, u):
         ti.loop_config(serialize=True)
         for _ in range(1):
             phase(0, 16, body, 1, 1)
-            tangent(body, contact.basis, pairs, 0)
+            tangent(body, contact, pairs, 0)
             sum_members(body, contact, 0)
             for e in range(contact.active.shape[0]):
                 for i in range(pairs.row_start[e], pairs.row_start[e + 1]):
