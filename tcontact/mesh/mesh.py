@@ -214,7 +214,7 @@ class Mesh:
         """Return the mesh with sets added or replaced; raises `InputError` as the constructor does."""
         new_nodes = checks.checked_node_sets({} if node_sets is None else node_sets, self.node_count)
         faces = {} if face_sets is None else face_sets
-        blocks = () if faces == {} else self.blocks
+        blocks = () if isinstance(faces, Mapping) and not len(faces) else self.blocks
         new_faces = checks.checked_face_sets(faces, blocks, self.node_count, self._surface)
         new_cells = checks.checked_cell_sets({} if cell_sets is None else cell_sets, self.cell_count)
         merged = {**self.node_sets, **new_nodes}, {**self.face_sets, **new_faces}, {**self.cell_sets, **new_cells}
