@@ -25,7 +25,7 @@ def box(kind="hex8"):
 
 
 def plain(mesh):
-    """The same mesh of arrays, which checks and measures itself."""
+    """Return the same mesh made of its arrays, which it checks and measures."""
     return Mesh(mesh.nodes, mesh.cells, mesh.kind, mesh.node_sets, mesh.face_sets, mesh.cell_sets)
 
 
@@ -93,3 +93,12 @@ def test_a_body_inside_a_plane_is_refused_with_its_lowest_node():
     body = tc.Body(box().translated((0.0, 0.0, -2.1)), tc.NeoHookean(1e7, 0.3, 1000.0), contact="zmin")
     with pytest.raises(tc.InputError, match=r"node 0 starts 0\.1 inside obstacle"):
         tc.Scene([body], [tc.Plane()], 1e-3, contact=tc.MasslessContact())
+
+
+@pytest.mark.parametrize("wrong", [-1, 120, 0.5, ["a"], [[0, 120]], None])
+def test_numbers_of_no_nodes_are_refused_by_name(wrong):
+    assert box().node_count == 120
+    for mesh in (box(), plain(box())):
+        assert mesh.nodes_at([]).shape == (0, 3)
+        with pytest.raises(tc.InputError, match=r"numbers = .*from 0 to 119"):
+            mesh.nodes_at(wrong)

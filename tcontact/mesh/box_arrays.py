@@ -105,8 +105,8 @@ class BoxMesh(Mesh):
         return min(shortest_edge(nodes, cells) for nodes, cells in self.layers())
 
     def nodes_at(self, numbers: IntArray) -> FloatArray:
-        """Return the coordinates [.., 3] [m] of nodes of these numbers [..]."""
-        rest, i = np.divmod(np.asarray(numbers), len(self.lines[0]))
+        """Return the coordinates [.., 3] [m] of nodes of these numbers [..]. Raises `InputError` for others."""
+        rest, i = np.divmod(checks.checked_numbers(numbers, self.node_count), len(self.lines[0]))
         k, j = np.divmod(rest, len(self.lines[1]))
         return np.stack([line[place] for line, place in zip(self.lines, (i, j, k), strict=True)], axis=-1)
 

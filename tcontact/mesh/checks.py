@@ -254,6 +254,14 @@ def checked_face_sets(sets: Any, blocks: Blocks, node_count: int, skin: Surface)
     return checked
 
 
+def checked_numbers(numbers: Any, node_count: int) -> IntArray:
+    """Return numbers of nodes [..]. Raises `InputError` for what is no number of a node."""
+    found = np.asarray(numbers)
+    if found.size and (found.dtype.kind not in "iu" or found.min() < 0 or found.max() >= node_count):
+        raise InputError("numbers", numbers, f"give whole numbers of nodes, from 0 to {node_count - 1}")
+    return found.astype(np.int64, copy=False)
+
+
 def read_only(array: Any) -> Any:
     """Return the array, made read-only."""
     array.flags.writeable = False

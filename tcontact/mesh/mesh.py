@@ -161,8 +161,8 @@ class Mesh:
         return min(shortest_edge(self.nodes, cells) for _, cells in self.blocks)
 
     def nodes_at(self, numbers: IntArray) -> FloatArray:
-        """Return the coordinates [.., 3] [m] of nodes of these numbers [..]."""
-        return np.asarray(self.nodes[numbers])
+        """Return the coordinates [.., 3] [m] of nodes of these numbers [..]. Raises `InputError` for others."""
+        return np.asarray(self.nodes[checks.checked_numbers(numbers, self.node_count)])
 
     def portions(self, name: str) -> Iterator[npt.NDArray[Any]]:
         """Yield the rows of "nodes" or "cells" in portions, as they are best read one after the other."""
