@@ -55,6 +55,15 @@ def test_kernels_are_kept_only_where_there_is_room_for_whole_ones(tmp_path):
         assert (len(list(folder.glob("*.tic"))) > 0) == kept
 
 
+def test_a_command_keeps_the_kernels_that_it_has_compiled(tmp_path):
+    """Taichi stores them where its program is taken apart, which a command does not wait for."""
+    code = "import sys; sys.path.insert(0, 'tests'); import tcontact.commands.cli as cli, tiny_kernel; "
+    run = "tiny_kernel.run(); cli.main(['--version'])"
+    done = go(["-c", code + run], {"TI_OFFLINE_CACHE_FILE_PATH": str(tmp_path)})
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    assert list(tmp_path.glob("*.tic"))
+
+
 def test_too_little_memory_for_taichi_is_one_line(tmp_path):
     run = ["-m", "tcontact", "run", "bar-impact", "--out", tmp_path / "out"]
     done = go(run, {"OPENBLAS_NUM_THREADS": "1"}, RLIMIT_AS=10**9)

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from ..base import stages
 from ..base.errors import InputError, OutputError
 from ..base.version import __version__
-from ..device import ranks
+from ..device import ranks, runtime
 from ..device.last_words import told
 from ..run.interrupts import Terminated, terminations
 from . import bench, doctor, export, info, listing, numbers, render, report_page, run, study
@@ -63,12 +63,18 @@ def rare_collections() -> Iterator[None]:
     """
     before = gc.get_threshold()
     gc.set_threshold(max(before[0], OBJECTS) if before[0] else 0, *before[1:])
-    atexit.unregister(gc.freeze)  # once, however many commands a process runs
-    atexit.register(gc.freeze)
+    atexit.unregister(_leave)  # once, however many commands a process runs
+    atexit.register(_leave)
     try:
         yield
     finally:
         gc.set_threshold(*before)
+
+
+def _leave() -> None:
+    """Store the compiled kernels, which Taichi does only where its program is taken apart, and leave the rest as it is."""
+    runtime.keep_kernels()
+    gc.freeze()
 
 
 def _run(argv: Sequence[str] | None) -> int:

@@ -99,6 +99,14 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     return ti
 
 
+def keep_kernels() -> None:
+    """Store the kernels that this process has compiled in `kernel_cache()`; no kernel may be called afterwards."""
+    if _started is not None:
+        program = load().lang.impl.get_runtime().prog
+        if program is not None:
+            program.finalize()
+
+
 def kernel_cache() -> Path:
     """Return the folder of compiled kernels: TI_OFFLINE_CACHE_FILE_PATH, or tcontact in the user's cache folder."""
     named = os.environ.get("TI_OFFLINE_CACHE_FILE_PATH")
