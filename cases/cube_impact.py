@@ -71,9 +71,8 @@ def scene(
             raise tc.InputError(name, value, "give a finite number")
     box = tc.box_mesh(size=(size,) * 3, cells=(cells,) * 3, kind=kind, origin=(-size / 2,) * 3)
     turn = rotation(yaw, pitch)
-    nodes = box.nodes @ turn.T
-    nodes[:, 2] += gap - nodes[:, 2].min()
-    mesh = tc.Mesh(nodes, box.cells, kind, node_sets=box.node_sets, face_sets=box.face_sets)
+    turned = box.rotated(turn)
+    mesh = turned.translated((0.0, 0.0, gap - turned.bounds[0][2]))
     down = {
         f"{axis}{end}": sign * -turn[2, k] for k, axis in enumerate("xyz") for end, sign in (("min", -1), ("max", 1))
     }

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import tcontact as tc
+from tcontact.cases import cube_impact
 from tcontact.mesh.geometry import surface
 from tcontact.mesh.mesh import Mesh
 
@@ -73,6 +74,23 @@ def test_sets_and_copies_of_a_box_make_no_arrays_and_other_nodes_make_a_mesh():
     bent = dataclasses.replace(mesh, nodes=mesh.nodes + 0.01 * np.sin(9.0 * mesh.nodes))
     assert type(bent) is Mesh
     assert bent.cell_sets["one"].tolist() == [3]
+
+
+def test_a_box_turned_by_nothing_makes_no_arrays_and_else_it_is_turned_as_any_mesh_is():
+    mesh = box()
+    assert mesh.rotated(np.eye(3), about=(1.0, 2.0, 3.0)) is mesh
+    assert mesh.rotated(((0.0, 0.0, 1.0), 0.0)) is mesh
+    assert not made(mesh)
+    turn = ((0.0, 0.0, 1.0), np.pi / 2.0)
+    assert np.array_equal(mesh.rotated(turn).nodes, plain(mesh).rotated(turn).nodes)
+    with pytest.raises(tc.InputError, match="about"):
+        mesh.rotated(np.eye(3), about=(1.0, 2.0))
+
+
+def test_the_flat_cube_of_the_main_case_makes_no_arrays():
+    mesh = cube_impact.scene(cells=3).bodies[0].mesh
+    assert not made(mesh)
+    assert type(cube_impact.scene(cells=3, pitch=45.0).bodies[0].mesh) is Mesh
 
 
 def test_a_box_that_rounding_would_damage_is_refused_as_any_mesh_is():

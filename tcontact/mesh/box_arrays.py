@@ -17,6 +17,7 @@ from . import checks
 from .elements import ELEMENTS
 from .geometry import FloatArray, IntArray, Surface, chunks_of, face_keys, shortest_edge, skin_of
 from .mesh import Mesh, contents
+from .rotation import rotation_matrix
 
 Lines = tuple[FloatArray, FloatArray, FloatArray]
 AT_ONCE = 4096  # hexahedra of the surface in a portion
@@ -134,6 +135,11 @@ class BoxMesh(Mesh):
         moved = vector("offset", offset)
         lines = self.lines[0] + moved[0], self.lines[1] + moved[1], self.lines[2] + moved[2]
         return self._at(lines) or super().translated(offset)
+
+    def rotated(self, rotation: Any, about: Any = (0.0, 0.0, 0.0)) -> Mesh:
+        """Return the mesh turned about the point `about` [m], see `Mesh.rotated`; the identity leaves it a box."""
+        vector("about", about)
+        return self if np.array_equal(rotation_matrix(rotation), np.eye(3)) else super().rotated(rotation, about)
 
     def scaled(self, factor: float) -> Mesh:
         """Return the mesh with all coordinates multiplied by a positive factor."""
