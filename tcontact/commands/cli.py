@@ -72,7 +72,7 @@ def rare_collections() -> Iterator[None]:
 
 
 def _leave() -> None:
-    """Store the compiled kernels, which Taichi does only where its program is taken apart, and leave the rest as it is."""
+    """Store the compiled kernels, as Taichi does where its program is taken apart, and leave the rest as it is."""
     runtime.keep_kernels()
     gc.freeze()
 
