@@ -8,7 +8,8 @@ import tcontact as tc
 from tcontact.base.errors import InputError
 from tcontact.planning.contact_graph import contact_graph, residual_receivers
 from tcontact.planning.lumped_mass import corner_masses
-from tcontact.planning.partition import cell_graph
+from tcontact.planning.partition import box_graph, cell_graph
+from tcontact.planning.partition.box_graph import BoxGraph
 from tcontact.planning.partition.cell_graph import CellGraph
 from tcontact.planning.partition.contact_parts import contact_part, receiver_ranks
 from tcontact.planning.partition.cut import EXTRA_WORK, contact_ranks, cut_cells
@@ -225,7 +226,7 @@ def test_the_graph_of_a_box_is_that_of_its_faces(monkeypatch):
     monkeypatch.setattr(cell_graph, "AT_ONCE", 7)
     for counts in ((4, 3, 5), (1, 1, 6), (1, 1, 1)):
         mesh = tc.box_mesh((1.0, 1.0, 1.0), counts)
-        found, known = CellGraph.of_meshes([mesh]), CellGraph.of(mesh.blocks, mesh.node_count)
+        found, known = CellGraph.of_box(mesh.counts), CellGraph.of(mesh.blocks, mesh.node_count)
         chosen = np.flatnonzero(np.random.default_rng(3).random(mesh.cell_count) < 0.6)
         for one, other in ((found, known), (found.within(chosen), known.within(chosen))):
             assert np.array_equal(one.start, other.start)
@@ -234,3 +235,31 @@ def test_the_graph_of_a_box_is_that_of_its_faces(monkeypatch):
         for place, cell in enumerate(chosen):
             near = [np.searchsorted(chosen, one) for one in found.near_of(np.array([cell])) if one in chosen]
             assert inside.near_of(np.array([place])).tolist() == near
+            assert BoxGraph(mesh.counts).near_of(np.array([cell])).tolist() == found.near_of(np.array([cell])).tolist()
+
+
+@pytest.mark.parametrize("counts", [(9, 8, 11), (21, 4, 5)])
+@pytest.mark.parametrize("some", [False, True])
+def test_a_large_box_is_cut_by_blocks_of_cells_as_well_as_by_its_cells(counts, some, monkeypatch):
+    """Weights of the blocks are cells and faces counted one by one; parts are equal to a block, cuts a third longer."""
+    monkeypatch.setattr(box_graph, "FINE", 0)
+    known, graph = CellGraph.of_box(counts), BoxGraph(counts)
+    if some:
+        chosen = np.flatnonzero(np.arange(np.prod(counts)) // counts[0] % counts[1] != 1)
+        known, graph = known.within(chosen), graph.within(chosen)
+    blocks, sizes, block = graph._blocks()
+    block = block if not some else block[chosen]
+    assert np.array_equal(np.bincount(block), sizes)
+    left = np.repeat(np.arange(len(block)), np.diff(known.start))
+    faces = np.zeros((len(sizes), len(sizes)), dtype=int)
+    np.add.at(faces, (block[left], block[known.near]), 1)
+    np.fill_diagonal(faces, 0)
+    for one in range(len(sizes)):
+        near = slice(blocks.start[one], blocks.start[one + 1])
+        assert np.array_equal(blocks.near[near], np.flatnonzero(faces[one]))
+        assert np.array_equal(blocks.weights[near], faces[one][faces[one] > 0])
+    for ranks in (2, 3):
+        ends = [(part[left] != part[known.near]).sum() for part in (graph.cut(ranks), known.cut(ranks))]
+        assert ends[0] <= 1.34 * ends[1]
+        own = np.bincount(graph.cut(ranks), minlength=ranks)
+        assert own.max() - own.mean() <= 0.01 * own.mean() + 8

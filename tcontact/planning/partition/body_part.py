@@ -189,8 +189,8 @@ def _part_of_body(body: Body, part: Part, acts: bool, touches: bool) -> Body:
 def body_of(body: Body, smaller: Mesh, nodes: np.ndarray, acts: bool, touches: bool) -> Body:
     """Return the body with the mesh of a part, which has these nodes [n] of its own; acts, touches: as above."""
     given = {field.name: getattr(body, field.name) for field in fields(Body)}
-    given |= {"mesh": smaller, "velocity": body.initial_velocity[nodes]}
-    given |= {"displacement": body.initial_displacement[nodes]}
+    given |= {"mesh": smaller, "velocity": _rows(body.initial_velocity, nodes)}
+    given |= {"displacement": _rows(body.initial_displacement, nodes)}
     if isinstance(body.material, Mapping):
         given["material"] = {name: one for name, one in body.material.items() if name in smaller.cell_sets}
     faces, images = body.contact_faces[:0], None
@@ -203,7 +203,7 @@ def body_of(body: Body, smaller: Mesh, nodes: np.ndarray, acts: bool, touches: b
         if acts and body.images is not None:
             images = Images(number[body.images.master[nodes]], body.images.period)
     if acts:
-        motions = body.motions[0][nodes], body.motions[1]
+        motions = _rows(body.motions[0], nodes), body.motions[1]
     else:
         given |= dict.fromkeys(ACTING, ()) | dict.fromkeys(("periodic",) if touches else ("contact", "periodic"))
     result = object.__new__(Body)
@@ -218,6 +218,11 @@ def body_of(body: Body, smaller: Mesh, nodes: np.ndarray, acts: bool, touches: b
         blocks=blocks_of(smaller, given["material"], given["formulation"]) if smaller.cell_count else (),
     )
     return result
+
+
+def _rows(values: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """Return rows of values [n, 3]; a view where all rows are one."""
+    return np.broadcast_to(values[0], (len(numbers), 3)) if values.strides[0] == 0 else values[numbers]
 
 
 def _mesh_of(mesh: Mesh, part: Part, node_sets: Sets, face_sets: Sets) -> Mesh:

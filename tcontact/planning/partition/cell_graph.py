@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...mesh.box_arrays import BoxMesh
 from ...mesh.geometry import Blocks, IntArray, cell_face_keys, chunks_of
 from ...mesh.mesh import Mesh
 
@@ -16,10 +15,13 @@ AT_ONCE = 1 << 16  # cells in a portion
 
 
 class CellGraph:
-    """Cells that share a face: the neighbours of cell c are near[start[c] : start[c + 1]], ascending."""
+    """Cells that share a face: the neighbours of cell c are near[start[c] : start[c + 1]], ascending.
 
-    def __init__(self, start: IntArray, near: np.ndarray) -> None:
-        self.start, self.near = start, near
+    weights: of each of these neighbours, such as the faces between blocks of cells; None: alike.
+    """
+
+    def __init__(self, start: IntArray, near: np.ndarray, weights: IntArray | None = None) -> None:
+        self.start, self.near, self.weights = start, near, weights
 
     @classmethod
     def of(cls, blocks: Blocks, node_count: int) -> CellGraph:
@@ -46,8 +48,6 @@ class CellGraph:
     @classmethod
     def of_meshes(cls, meshes: Sequence[Mesh]) -> CellGraph:
         """Make the graph of the cells of several meshes, numbered one after the other."""
-        if len(meshes) == 1 and isinstance(meshes[0], BoxMesh) and meshes[0].kind == "hex8":
-            return cls.of_box(meshes[0].counts)
         blocks, first = [], 0
         for mesh in meshes:
             blocks += [(kind, rows + first if first else rows) for kind, rows in mesh.blocks]
@@ -79,6 +79,14 @@ class CellGraph:
         start = np.searchsorted(pairs, np.arange(count + 1) * count)
         return cls(start, (pairs % count).astype(np.int32))
 
+    @classmethod
+    def from_weighted_pairs(cls, left: IntArray, right: IntArray, weights: IntArray, count: int) -> CellGraph:
+        """Make the graph of `count` cells, or blocks of them, from pairs of neighbours and their weights."""
+        one, other = np.concatenate([left, right]), np.concatenate([right, left])
+        order = np.lexsort((other, one))
+        start = np.searchsorted(one[order], np.arange(count + 1))
+        return cls(start, other[order].astype(np.int32), np.concatenate([weights, weights])[order])
+
     def within(self, chosen: IntArray) -> CellGraph:
         """Return the graph of some cells, ascending, in their order."""
         place = np.full(len(self.start) - 1, -1, dtype=np.int32)
@@ -104,13 +112,18 @@ class CellGraph:
         shift = np.repeat(self.start[cells] - np.concatenate([[0], np.cumsum(lengths)[:-1]]), lengths)
         return np.unique(self.near[np.arange(int(lengths.sum())) + shift])
 
-    def cut(self, parts: int) -> IntArray:
-        """Return the part [cells] of every cell: equal parts, few neighbours between them."""
+    def cut(self, parts: int, sizes: IntArray | None = None) -> IntArray:
+        """Return the part [cells] of every cell: equal parts, few neighbours between them.
+
+        sizes [cells]: of the cells, None: all alike.
+        """
         if parts == 1:
             return np.zeros(len(self.start) - 1, dtype=np.int64)
         import pymetis
 
         options = pymetis.Options(ufactor=UNBALANCE, seed=1)
         graph = pymetis.CSRAdjacency(self.start.astype(np.int32), self.near.astype(np.int32, copy=False))
-        _, found = pymetis.part_graph(parts, graph, options=options, recursive=True)
+        weights = {"vweights": sizes, "eweights": self.weights}
+        given = {name: one.astype(np.int32) for name, one in weights.items() if one is not None}
+        _, found = pymetis.part_graph(parts, graph, options=options, recursive=True, **given)
         return np.asarray(found, dtype=np.int64)

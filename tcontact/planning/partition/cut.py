@@ -21,6 +21,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...mesh.geometry import Blocks, IntArray, cells_at
+from .box_graph import BoxGraph
 from .cell_graph import CellGraph
 
 EXTRA_WORK = {"none": 0.0, "normal": 4.0, "full": 7.0}  # of a contact cell beside its own pass, in passes of a cell
@@ -105,7 +106,7 @@ def cut_beside(blocks: Blocks, node_count: int, ranks: int, together: IntArray, 
 
 
 def cut_graph_beside(
-    make: Callable[[], CellGraph], count: int, ranks: int, together: IntArray, extra: float = 0.0
+    make: Callable[[], CellGraph | BoxGraph], count: int, ranks: int, together: IntArray, extra: float = 0.0
 ) -> IntArray:
     """Return the rank [m] of every cell, see `cut_beside`; make: makes the graph of the cells; count: their number."""
     if not 1 <= ranks <= count:
@@ -148,7 +149,7 @@ def _contact_cells(blocks: Blocks, node_count: int, contact_nodes: Sequence[int]
     return np.concatenate(found)
 
 
-def _grow(graph: CellGraph, rank: IntArray, weight: np.ndarray, patches: int, limit: float) -> None:
+def _grow(graph: CellGraph | BoxGraph, rank: IntArray, weight: np.ndarray, patches: int, limit: float) -> None:
     """Give the patches layers of cells behind them, in place, until each has the work `limit` or no neighbours."""
     work = np.bincount(rank[rank >= 0], weights=weight[rank >= 0], minlength=patches)
     edge = [np.flatnonzero(rank == patch) for patch in range(patches)]

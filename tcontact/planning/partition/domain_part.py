@@ -13,12 +13,15 @@ from typing import Any
 
 import numpy as np
 
+from ...mesh.box_arrays import BoxMesh
 from ...mesh.geometry import cells_at
+from ...mesh.mesh import Mesh
 from ...scene.scene import Scene
 from ..body_plan import BodyPlan, ContactPlan
 from ..domain import Domain
 from ..springs import spring_nodes
 from .body_part import BodyPart, acting_nodes, body_part, no_part
+from .box_graph import BoxGraph
 from .cell_graph import CellGraph
 from .cut import EXTRA_WORK, contact_ranks, cut_cells, cut_graph_beside
 from .parts import part_of_rank
@@ -207,7 +210,14 @@ def cut_domain(domain: Domain, scene: Scene, ranks: int, contact: int | None = N
             return found.astype(np.int32)
     for mesh in meshes:
         mesh.release()
-    return cut_graph_beside(lambda: CellGraph.of_meshes(meshes), cells, ranks, together, work).astype(np.int32)
+    return cut_graph_beside(lambda: _graph_of(meshes), cells, ranks, together, work).astype(np.int32)
+
+
+def _graph_of(meshes: list[Mesh]) -> CellGraph | BoxGraph:
+    """Return the graph of the cells of some meshes, numbered one after the other."""
+    if len(meshes) == 1 and isinstance(meshes[0], BoxMesh) and meshes[0].kind == "hex8":
+        return BoxGraph(meshes[0].counts)
+    return CellGraph.of_meshes(meshes)
 
 
 def _acting_cells(domain: Domain, scene: Scene, touching: bool) -> np.ndarray:
