@@ -191,6 +191,14 @@ def springy():
     return tc.Scene([block("neo", counts=(6, 4, 3), contact="zmin")], [tc.Plane()], 1e-3, contact=contact)
 
 
+def rubbed():
+    """Ranks share viscous contact cells: normal removal with friction, of hexahedra, and tetrahedra of another law."""
+    feet = [foot((3, 3, 3), (0.2, 0.0, 2e-4), contact="zmin")]
+    bodies = [block("neo", counts=(4, 4, 3), contact="zmin", velocity=(6.0, 1.0, -8.0)), *feet]
+    contact = tc.MasslessContact(removal="normal", tolerance=EXACT)
+    return tc.Scene(bodies, [tc.Plane()], 8e-4, contact=contact, friction=tc.Coulomb(0.3))
+
+
 def loose():
     """Ranks share a contact whose static solve of a nonlinear law stops early, so that it leaves forces unbalanced."""
     contact = tc.MasslessContact(removal="normal", tolerance=1e-2, sweeps=1)
@@ -242,7 +250,7 @@ def squeezed():
 
 
 EVERY = (free, normal, corner, layered, pushed, impulses, held, pulled, adrift, pair, rigid, metal, sensed, mixed)
-EVERY = (*EVERY, crushed, burst, halves, walls, springy, loose, pressed, knocked, crossed, squeezed)
+EVERY = (*EVERY, crushed, burst, halves, walls, springy, rubbed, loose, pressed, knocked, crossed, squeezed)
 SCENES = {one.__name__: one for one in EVERY}
 SCHEMES = {"crushed": tc.CentralDifference(cfl=0.2), "burst": tc.CentralDifference(dt=1.7e-4)}
 REASONS = {"crushed": "inverted-cell", "burst": "diverged"}  # of the others: "finished"
@@ -250,6 +258,7 @@ CONTACT_RANKS = {
     "halves": 4,
     "walls": 2,
     "springy": 3,
+    "rubbed": 3,
     "loose": 2,
     "pressed": 2,
     "knocked": 3,

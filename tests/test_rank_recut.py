@@ -22,6 +22,7 @@ SCENES = (
     "pulled",
     "sensed",
     "walls",
+    "rubbed",
     "pressed",
     "crossed",
     "squeezed",

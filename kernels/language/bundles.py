@@ -370,10 +370,14 @@ class ContactOptions(NamedTuple):
 
 
 class RankLaunch(NamedTuple):
-    """Arrays of a phase of a static solve that ranks share (step/rank_solve.py): see rank_phases.py."""
+    """Arrays of a phase of a static solve that ranks share (step/rank_solve.py): see rank_phases.py.
+
+    viscous_cells: as in `Launch`.
+    """
 
     control: Array = None
     measured: Array = None
+    viscous_cells: Array = None
 
 
 class Launch(NamedTuple):

@@ -185,18 +185,26 @@ def decide(
     body: ti.template(), contact: ti.template(), system: ti.template(), viscous: ti.template(), island, first
 ):  # fmt: skip
     """Decide what is left to do for an island whose residual has been measured."""
+    if leader(contact) == 1:
+        judge_island(body, contact, system, viscous, island, first)
+    meet(contact)
+
+
+@ti.func
+def judge_island(
+    body: ti.template(), contact: ti.template(), system: ti.template(), viscous: ti.template(), island, first
+):  # fmt: skip
+    """Judge the residual of an island; a tangent that holds the viscosity of another step is renewed."""
     stats = ti.static(system.stats)
     at = island * STATS
-    if leader(contact) == 1:
-        if ti.static(contact.options.viscous):
-            if viscous[RATE] != stats[at + VISCOUS_RATE]:
-                stats[at + STALE] = 1.0
-        elif ti.static(body.viscous_metal):
-            if body.params[STEP] != stats[at + VISCOUS_RATE]:
-                stats[at + STALE] = 1.0
-        judge(stats, system.settings, island, first)
-        stats[at + NEXT] = DONE
-    meet(contact)
+    if ti.static(contact.options.viscous):
+        if viscous[RATE] != stats[at + VISCOUS_RATE]:
+            stats[at + STALE] = 1.0
+    elif ti.static(body.viscous_metal):
+        if body.params[STEP] != stats[at + VISCOUS_RATE]:
+            stats[at + STALE] = 1.0
+    judge(stats, system.settings, island, first)
+    stats[at + NEXT] = DONE
 
 
 @ti.func

@@ -21,6 +21,7 @@ its own nodes refer.
 
 import functools
 
+from ..contact.cell_viscosity import viscous_force
 from ..contact.friction import STEP
 from ..contact.friction_laws import set_coefficients
 from ..contact.islands import first_node, node_count
@@ -29,11 +30,11 @@ from ..engine import ti
 from ..language.bundles import ContactOptions
 from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
-from ..static.control import DONE, MINIMUM_FORCE, NEXT, SETTINGS, STATS, goals, judge
+from ..static.control import MINIMUM_FORCE, SETTINGS, goals
 from ..static.massless_node import square
 from ..static.residual import assemble_node, collect, note_measure, rounding_of_node, set_right
 from ..static.rubbing import end_rubbing
-from ..static.solve import conclude, couplings_of_node, invert_diagonal, make_linearise, summed
+from ..static.solve import conclude, couplings_of_node, invert_diagonal, judge_island, make_linearise, summed
 from ..static.sweeps import advance_of_pair, begin_sweeps, extrapolate, longest_increment, move_by, sweep_range
 from .rank_phases import (
     ADVANCE,
@@ -61,10 +62,14 @@ from .rank_phases import (
 
 
 @ti.func
-def measure_nodes(body: ti.template(), contact: ti.template(), measured: ti.template()):
-    """Sum up forces of the contact cells of this rank at all contact nodes, and their magnitudes."""
+def measure_nodes(
+    body: ti.template(), contact: ti.template(), viscous_cells: ti.template(), measured: ti.template()
+):  # fmt: skip
+    """Sum up forces of the contact cells of this rank at all contact nodes, and the magnitudes of the elastic ones."""
     for k in range(node_count(contact)):
         force, magnitude = collect(body, contact, k)
+        if ti.static(contact.options.viscous):
+            force += viscous_force(body, contact, viscous_cells, k)
         for j in ti.static(range(3)):
             measured[MEASURED * k + j] = force[j]
         measured[MEASURED * k + 3] = magnitude
@@ -129,6 +134,7 @@ def make_rank_solve(
         contact: ti.template(), pairs: ti.template(), system: ti.template(), launch: ti.template(),
     ):  # fmt: skip
         control, measured, stats = ti.static(launch.control, launch.measured, system.stats)
+        viscous = ti.static(launch.viscous_cells)
         ti.loop_config(serialize=True)
         for _ in range(1):
             phase, island = int(control[PHASE]), int(control[ISLAND_AT])
@@ -138,16 +144,15 @@ def make_rank_solve(
                 if ti.static(options.varied and options.static_friction):
                     step = contact.friction[STEP]
                     set_coefficients(body, boundary, obstacles, rows, None, contact, 0, 0, step)
-                measure_nodes(body, contact, measured)
+                measure_nodes(body, contact, viscous, measured)
             elif phase == ASSEMBLE:
                 scale, residual, rounding = assemble_copies(body, boundary, contact, rows, system, measured, island)
                 control[RESULT], control[RESULT + 1], control[RESULT + 2] = scale, residual, rounding
             elif phase == JUDGE:
                 note_measure(system, island, control[RESULT], control[RESULT + 1], control[RESULT + 2])
-                judge(stats, system.settings, island, int(control[FIRST]))
-                stats[island * STATS + NEXT] = DONE
+                judge_island(body, contact, system, viscous, island, int(control[FIRST]))
             elif phase == LINEARISE:
-                linearise(body, contact, pairs, system, None, island)
+                linearise(body, contact, pairs, system, viscous, island)
                 assemble_parts(body, pairs, contact, system, island)
             elif phase == INVERT:
                 weakest, stiffest = invert_diagonals(contact, system, island)

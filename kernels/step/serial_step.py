@@ -322,13 +322,14 @@ def make_serial_step(
                     if state == PASS or state == PRODUCT:
                         node_phase(body, ordinary, cell_kinds, 1, damped, cornered)
                 if ti.static(has_viscous_cells):
-                    if state == PASS or state == BOUNDARY:
+                    if state == PASS or state == BOUNDARY or (options.shared and state == VISCOUS):
                         past = control[BEFORE]
                         viscous_cells[RATE] = ti.select(past > 0.0, 1.0 / ti.max(past, 1e-300), 0.0)
                     if ti.static(passes or measures):
                         if state == PASS or state == BOUNDARY or state == MEASURED or state == VISCOUS:
                             viscous_phase(body, viscous_cells, 1)
-                    if state == PASS or state == BOUNDARY:
+                    # where ranks share the contact it is part of the forces that they add up before
+                    if state == (VISCOUS if options.shared else BOUNDARY) or state == PASS:
                         viscous_load(body, boundary, contact, viscous_cells)
                 if state == PASS or state == BOUNDARY:
                     if ti.static(body.viscous_metal):

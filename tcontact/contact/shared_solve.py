@@ -106,6 +106,7 @@ class SharedSolve:
         self.force, self.contact, self.shares = force, contact, shares
         shared: SharedContact = domain.shared
         count = len(shared.nodes)
+        self._viscous = contact.cell_viscosity
         self._scratch = arrays.zeros(rank_phases.CONTROL), arrays.zeros(rank_phases.MEASURED * count)
         self._launch, self._launch_sweep, self._parts = self._kernels(domain, boundary, sums)
         self._block, self._room = contact.block, len(contact.static_solve.system["stiffness"])
@@ -141,7 +142,7 @@ class SharedSolve:
             "contact": Contact(**contact.arguments(), sums=sums),
             "pairs": Pairs(**solve.pairs),
             "system": System(**solve.system),
-            "launch": RankLaunch(*self._scratch),
+            "launch": RankLaunch(*self._scratch, None if self._viscous is None else self._viscous.data),
         }
         names = "nodes", "islands", "basis", "active", "compliance", "friction"
         of_sweeps = {
@@ -168,6 +169,8 @@ class SharedSolve:
         first, left = 1.0, list(self._islands)
         while left:
             self.force.measure_surface(u, v)
+            if self._viscous is not None:
+                self._viscous.measure(u, v)
             self._do(arguments, self.phases.MEASURE)
             for island in left:
                 self._resolve(arguments, island, first)

@@ -22,10 +22,9 @@ class Cut:
             cut = cut_domain(domain, scene, ranks, contact)
             self.parts += [domain_part(domain, cut, rank) for rank in range(ranks)]
 
-    @property
-    def boundary(self) -> np.ndarray:
-        """Numbers [s] of the boundary nodes of the first rank in the whole domain."""
-        return self.nodes(0)[self.parts[0].domain.boundary] if self.parts else self.domain.boundary
+    def boundary_of(self, rank: int) -> np.ndarray:
+        """Return the numbers [s] of the boundary nodes of a rank in the whole domain."""
+        return self.nodes(rank)[self.parts[rank].domain.boundary] if self.parts else self.domain.boundary
 
     def nodes(self, rank: int) -> np.ndarray:
         """Return the numbers of the nodes of a rank in the whole domain."""

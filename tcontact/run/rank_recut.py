@@ -33,6 +33,7 @@ from .rank_cut import Cut
 from .rank_recut_acting import FORMS, of_acting, take_over_maxima
 from .rank_recut_contact import OF_CONTACT, OF_OBSTACLES, is_shared, of_contact
 from .rank_recut_pairs import OF_CELLS, of_pairs
+from .rank_recut_viscous import of_viscous_cells
 
 AT_NODES = re.compile(r"domains\.(\d+)\.(?:u|v|start_velocity)$")
 OF_RATES = re.compile(r"shape\._rates\.(\d+)\.before$")
@@ -43,7 +44,7 @@ OF_FIRST = re.compile(
 )
 # written in every step before it is read
 SCRATCH = re.compile(
-    r"domains\.\d+\.(?:_counted|_kick|supports\.speeds|boundary_nodes\.mass|serial\.(?:sums|control)"
+    r"domains\.\d+\.(?:_counted|_kick|_before|supports\.speeds|boundary_nodes\.mass|serial\.(?:sums|control)"
     r"|internal_force\.(?:rows|special_force|node_sums|cell_sums|parameters|memory))$"
     r"|limits\.\d+\.force\.|shape\._rates\.\d+\._arrays\.|team\."
 )
@@ -80,7 +81,7 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
             {path: one for path, one in own.items() if path.partition("/")[0] in shapes} for own in (found, values)
         )
     made = of_acting(run, cuts, stored[0].found, parts, shapes)
-    made |= of_contact(run, cuts, stored, parts)
+    made |= of_contact(run, cuts, stored, parts) | of_viscous_cells(run, cuts, stored, parts)
     for number, cut in enumerate(cuts):
         if copied[number]:
             part = None if parts is None else parts[number]

@@ -36,20 +36,6 @@ class Place:
     gravity: np.ndarray
 
 
-def _viscous_data(place: Place, data: np.ndarray) -> np.ndarray:
-    """Return the data of viscous contact cells with displacement and force of the last time level from a checkpoint."""
-    state, part = place.state, place.part
-    names = state.contact.cell_viscosity.names
-    own = np.array(arrays.get(state.contact.cell_viscosity.data))
-    nodes = place.cut.boundary
-    whole = np.zeros((2, len(place.cut.domain.reference), 3))
-    whole[:, nodes] = data[names.NUMBERS :][: 6 * len(nodes)].reshape(2, -1, 3)
-    now = state.domain.boundary if part is None else part.nodes[state.domain.boundary]
-    own[names.NUMBERS :][: 6 * len(now)] = whole[:, now].reshape(-1)
-    own[[names.RATE, names.POWER]] = data[[names.RATE, names.POWER]]
-    return own
-
-
 def _records(place: Place, data: np.ndarray) -> np.ndarray:
     """Return the places of the obstacles from a checkpoint, and the rest of their records from this run."""
     obstacles = place.state.contact.obstacles
@@ -73,7 +59,7 @@ def _loads(place: Place, data: np.ndarray) -> np.ndarray:
         return own
     now = domain.tensors @ place.gravity if domain.pulled else domain.loads.copy()
     now[domain.tied] = 0.0
-    mine, stored = own[first:], data[3 * len(place.cut.boundary) :]
+    mine, stored = own[first:], data[3 * len(place.cut.boundary_of(0)) :]
     count = int(mine[NODES])
     nodes, before = (part[HEAD : HEAD + NODE * count].reshape(-1, NODE) for part in (mine, stored))
     nodes[:, 1:] = before[:, 1:]
@@ -95,7 +81,6 @@ def _parameters(place: Place, data: np.ndarray) -> np.ndarray:
 FORMS: dict[re.Pattern[str], Callable[[Place, np.ndarray], np.ndarray]] = {
     re.compile(rf"domains\.(\d+)\.{path}$"): make
     for path, make in {
-        r"contact\.cell_viscosity\.data": _viscous_data,
         r"contact\.obstacles\.records": _records,
         r"contact\.obstacles\.motion": _motion,
         r"boundary_nodes\.load": _loads,

@@ -37,7 +37,7 @@ def of_pairs(state: Any, cut: Cut, part: DomainPart | None, path: str, found: di
     sizes = {at.SLAVES: rows, at.MASTERS: int(lists[first + rows]), at.SURFACE: int(lists[at.SURFACE_NODES])}
     for section, size in sizes.items():
         part_of = slice(lists[section], lists[section] + size)
-        lists[part_of] = slot[cut.boundary[lists[part_of]]]
+        lists[part_of] = slot[cut.boundary_of(0)[lists[part_of]]]
     faces = slice(lists[at.FACES], lists[at.FACES] + 4 * int(lists[first_face + rows]))
     lists[faces] = node[cut.nodes(0)[lists[faces]]]
     found[f"{path}/lists"] = lists

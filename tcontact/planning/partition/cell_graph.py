@@ -123,7 +123,8 @@ class CellGraph:
 
         options = pymetis.Options(ufactor=UNBALANCE, seed=1)
         graph = pymetis.CSRAdjacency(self.start.astype(np.int32), self.near.astype(np.int32, copy=False))
-        weights = {"vweights": sizes, "eweights": self.weights}
-        given = {name: one.astype(np.int32) for name, one in weights.items() if one is not None}
-        _, found = pymetis.part_graph(parts, graph, options=options, recursive=True, **given)
+        of_cells, of_faces = (None if one is None else one.astype(np.int32) for one in (sizes, self.weights))
+        found = pymetis.part_graph(parts, graph, options=options, recursive=True, vweights=of_cells, eweights=of_faces)[
+            1
+        ]
         return np.asarray(found, dtype=np.int64)

@@ -59,8 +59,8 @@ def _hindrance_of_solve(scene: Scene, domain: Domain) -> str:
     """Return what keeps the static solve of a domain on one rank, or ""."""
     if any(_holds_together(body) for body in domain.bodies) and not is_copied(domain):
         return "contact nodes that supports hold"
-    if domain.viscous_cells:
-        return "viscous contact cells"
+    if domain.viscous_cells and is_copied(domain):
+        return "viscous contact cells of pairs"
     if domain.viscosity is not None and domain.plastic:
         return "bulk viscosity of metals"
     if projected(scene, domain.bodies) and not is_copied(domain):

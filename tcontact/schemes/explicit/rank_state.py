@@ -62,7 +62,7 @@ class RankState(DomainState):
         places, sizes = self._places.shared, {"kinetic": 1, "load_work": 1, "momentum": 3, "angular_momentum": 3}
         firsts = [getattr(places, name) for name in sizes]
         spans = [np.arange(first, first + size) for first, size in zip(firsts, sizes.values(), strict=True)]
-        self._kick, self._counted_at = 0.0, np.concatenate(spans)
+        self._kick, self._before, self._counted_at = 0.0, 0.0, np.concatenate(spans)
         self._counted = np.zeros(len(self._counted_at))
         self.exchange = self._add
         self._trouble: tuple[int, str] | None = None
@@ -106,6 +106,8 @@ class RankState(DomainState):
 
     def _add(self, special_force: arrays.Array) -> None:
         """Add the forces of the other ranks at shared nodes, and note what the kernel will count of guests."""
+        if self.serial is not None and self.serial.copies is not None:
+            self.serial.add_viscosity(self.u, self.v, self._before)
         force = arrays.get(special_force).reshape(-1, 3)
         self.halo.add(force)
         if len(self._guests):
@@ -138,13 +140,17 @@ class RankState(DomainState):
         own = values[shared.owned] if len(shared.nodes) else values[:0]
         return self.team.joined(own, self.contact_counts)[self.contact_place]
 
-    def advance(self, kick_before: float, *given: Any, **stop_at: Any) -> int:
+    def advance(
+        self, kick_before: float, kick_after: float, drift: float, time: float, steps: tuple[float, float],
+        *given: Any, **stop_at: Any,
+    ) -> int:  # fmt: skip
         """Advance, see `DomainState.advance`; the ledger counts every node once."""
-        self._kick = kick_before
-        return super().advance(kick_before, *given, **stop_at)
+        self._kick, self._before = kick_before, steps[0]
+        return super().advance(kick_before, kick_after, drift, time, steps, *given, **stop_at)
 
     def _take_row(self, raw: np.ndarray, time: float, steps: tuple[float, float]) -> None:
         """Move the boundary nodes, and note the sums of the row without those of guests."""
+        self._before = steps[1]  # the step that ends at the next row
         if self.residual_shares is not None and self.contact is None:  # with contact the serial step does it
             special = arrays.get(self.internal_force.special_force).reshape(-1, 3)
             self.residual_shares.add(special, np.zeros((1, 3)))

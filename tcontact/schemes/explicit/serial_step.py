@@ -163,9 +163,8 @@ class SerialStep:
         control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
         control[names.KNOWN] = float(self.force.surface_known)
         control[names.FIRST], control[names.RATE_LIMIT], control[names.TOUCHING_LIMIT] = 1.0, viscous_rate, touching
-        if start == names.BOUNDARY and self.cells is not None and self.cells.launch is not None:
-            self.cells.set_rate(1.0 / before if before > 0.0 else 0.0)
-            self.cells.measure(u, v)
+        if start == names.BOUNDARY and self.copies is None:
+            self._measure_viscosity(u, v, before)
         control = self._go(control, u, v)
         if control[names.WANTS_LAYERS] == 1.0:
             assert contact is not None
@@ -200,6 +199,24 @@ class SerialStep:
             control[names.START] = names.MEASURED
             control = self._go(control, u, v)
         return done
+
+    def _measure_viscosity(self, u: arrays.Array, v: arrays.Array, before: float) -> None:
+        """Compute the viscous forces of many contact cells at a level; before [s]: the step that ends there."""
+        if self.cells is not None and self.cells.launch is not None:
+            self.cells.set_rate(1.0 / before if before > 0.0 else 0.0)
+            self.cells.measure(u, v)
+
+    def add_viscosity(self, u: arrays.Array, v: arrays.Array, before: float) -> None:
+        """Add the viscous force of the contact cells of this rank to its forces, which ranks then add up.
+
+        before [s]: the step that ends at the present level.
+        """
+        if self.cells is None:
+            return
+        self._measure_viscosity(u, v, before)
+        control = np.zeros(self.names.CONTROL + (self.loads is not None))
+        control[self.names.START], control[self.names.BEFORE] = self.names.VISCOUS, before
+        self._go(control, u, v)
 
     def build_rows(self, u: arrays.Array) -> None:
         """Build the rows of pairs of bodies anew."""
