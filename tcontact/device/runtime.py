@@ -8,11 +8,13 @@ import os
 import shutil
 import tempfile
 import time
+import warnings
 from contextlib import redirect_stdout
 from pathlib import Path
 from types import ModuleType
 
 from ..base.errors import InputError
+from . import workers
 from .cuda import NoDevice, count_devices
 from .ranks import cores_of_a_rank
 from .tracing import quick_import, quicken
@@ -22,6 +24,7 @@ CACHE_ROOM = 2**26  # bytes that must be free for compiled kernels; one of them 
 ADDRESS_ROOM = 3 * 2**29  # bytes of address space: Taichi reserves 1 GiB, its threads and the compiler take the rest
 
 _started: tuple[str, int] | None = None
+_copied = False  # from a process in which Taichi had been started
 
 
 def load() -> ModuleType:
@@ -34,7 +37,8 @@ def load() -> ModuleType:
     os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # it would ask a server, and write into the home folder
     os.environ.setdefault("HOME", _home())  # without one Taichi aborts the process
     try:
-        with quick_import():
+        with quick_import(), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Taichi's own, which a program that makes errors of warnings would die of
             from ..kernels.engine import ti
     except ImportError as error:
         if "libX11" in str(error):
@@ -53,13 +57,16 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     arch: "cpu" or "cuda"; threads: CPU threads, None = all cores, those of a rank its share of them. float64, no fast
     math; compiled kernels are kept in `kernel_cache()` where files can be written there. A second call with the same
     options is free; other options raise `InputError`: Taichi cannot be restarted safely. Raises `MemoryError` where the
-    process may not take enough memory.
+    process may not take enough memory, `InputError` in a copy (fork) of a process in which Taichi had been started.
     """
     global _started
     if arch not in ("cpu", "cuda"):
         raise InputError("arch", arch, "use 'cpu' or 'cuda'")
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise InputError("threads", threads, "give a positive whole number, or None for all cores")
+    if _copied:
+        remedy = "its threads are missing; start workers before the first run, or by multiprocessing.get_context('spawn')"
+        raise InputError("process", "a copy (fork) of one that has computed", remedy)
     if _started is not None:
         if _started[0] != arch or (threads is not None and threads != _started[1]):
             raise InputError(
@@ -96,7 +103,15 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     if arch == "cuda" and ti.cfg.arch != ti.cuda:
         raise InputError("arch", arch, "Taichi cannot use the device (it loads libcuda.so); use arch='cpu'")
     _started = (arch, wanted)
+    workers.prepare(keep_kernels)
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(after_in_child=_be_copied)
     return ti
+
+
+def _be_copied() -> None:
+    global _started, _copied
+    _started, _copied = None, True
 
 
 def keep_kernels() -> None:

@@ -1,7 +1,8 @@
 """Turn Ctrl-C and SIGTERM into a flag, so that a run stops between two steps with its results.
 
 Batch systems send SIGTERM some seconds before they kill. If the program handles or ignores SIGTERM itself, that signal
-does not stop a run. Signals are watched in the main thread only.
+does not stop a run. Signals are watched in the main thread only. A worker of a pool ends after a run that SIGTERM has
+stopped (`device/workers.py`).
 """
 
 from __future__ import annotations
@@ -12,7 +13,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from ..device import workers
+
 NAMES = {signal.SIGINT: "the user (Ctrl-C)", signal.SIGTERM: "the signal SIGTERM"}
+
+
+_terminated = False  # by SIGTERM, a run of this process
 
 
 class Terminated(KeyboardInterrupt):
@@ -32,7 +38,9 @@ def interrupts() -> Iterator[Callable[[], str]]:
     before = {number: handler for number in NAMES if _ours(number, handler := signal.getsignal(number))}
 
     def remember(number: int, _frame: Any) -> None:
+        global _terminated
         sender[0] = NAMES[signal.Signals(number)]
+        _terminated |= number == signal.SIGTERM
         for known, handler in before.items():
             signal.signal(known, signal.SIG_DFL if handler is _raise else handler)
 
@@ -43,6 +51,16 @@ def interrupts() -> Iterator[Callable[[], str]]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def pools_served() -> Iterator[None]:
+    """Let a worker of a pool end with the block, once all is stored, if SIGTERM has stopped a run inside."""
+    try:
+        yield
+    finally:
+        if _terminated and workers.in_pool():
+            workers.end()
 
 
 @contextmanager
@@ -67,4 +85,4 @@ def _ours(number: int, handler: Any) -> bool:
     """Return whether to handle a signal: Ctrl-C, unless handled outside of Python; SIGTERM, unless handled at all."""
     if number == signal.SIGINT:
         return handler is not None
-    return handler in (signal.SIG_DFL, _raise)
+    return handler in (signal.SIG_DFL, _raise, workers.end)

@@ -23,6 +23,7 @@ from .checkpoint.keeper import Keeper, start_of
 from .checkpoint.options import checked
 from .device_room import check_device, check_scheme
 from .folder_lock import locked
+from .interrupts import pools_served
 from .loop import Run
 from .precision import check_precision, set_precision
 from .prepared import record_friction
@@ -70,7 +71,7 @@ def resume(
         check_alike(together, scene, scheme, {"arch": arch, "checkpoint": options, "precision": precision})
         check_ranks(scene, scheme, arch, together.size)
         return resume_on_ranks(together, path, scene, scheme, threads, progress, options, precision)
-    with locked(path):
+    with pools_served(), locked(path):
         every = latest(path)
         stored = every[0]
         physics = fingerprint(scene, scheme)

@@ -35,6 +35,7 @@ from .checkpoint.options import checked
 from .device_room import check_device, check_scheme
 from .folder_lock import locked
 from .history import MOST_ROWS
+from .interrupts import pools_served
 from .law_checks import check_laws
 from .loop import Run
 from .precision import check_precision
@@ -144,6 +145,7 @@ def simulate(
     if folder is not None:
         make_folder(folder)
     with ExitStack() as ending:
+        ending.enter_context(pools_served())
         ending.enter_context(counted(_kind(planned, scheme, arch, precision, folder is not None and frames > 0)))
         process = None
         if folder is not None:

@@ -62,6 +62,19 @@ class OwnMaterial(LameMaterial):
         """Speed of the fastest plane wave at small strains [m/s]."""
         return float((self._moduli.wave / self.density) ** 0.5)  # type: ignore[attr-defined]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what another process, which has registered the law too, makes the material from."""
+        values = {name: getattr(self, name) for name in (*self.names, "density")}
+        return _material, (type(self).__name__, self.formula, values)
+
+
+def _material(name: str, formula: str, values: dict[str, float]) -> OwnMaterial:
+    """Return a material of a registered law. Raises `InputError` where this process has no such law."""
+    if name not in OWN or OWN[name].formula != formula:
+        remedy = "is a law that this process has not registered; call tcontact.register_law where workers do so too,"
+        raise InputError("material", name, f"{remedy} at the top of the program or in a module")
+    return OWN[name](**values)
+
 
 def register_law(name: str, energy: Callable[..., Any], parameters: Mapping[str, float]) -> type[OwnMaterial]:
     """Make a material of an own hyperelastic law from its strain energy alone; return its class.
