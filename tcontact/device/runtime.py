@@ -65,7 +65,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise InputError("threads", threads, "give a positive whole number, or None for all cores")
     if _copied:
-        remedy = "its threads are missing; start workers before the first run, or by multiprocessing.get_context('spawn')"
+        remedy = "it has no threads; start workers before the first run, or by multiprocessing.get_context('spawn')"
         raise InputError("process", "a copy (fork) of one that has computed", remedy)
     if _started is not None:
         if _started[0] != arch or (threads is not None and threads != _started[1]):
