@@ -17,7 +17,7 @@ import importlib
 import json
 from pathlib import Path
 from types import ModuleType
-from typing import Literal, get_args, get_origin
+from typing import get_args
 
 from tcontact.base.errors import InputError, hint
 
@@ -48,14 +48,21 @@ def about_parameters(name: str) -> str:
 
 
 def parameters(name: str) -> dict[str, tuple[str, str]]:
-    """Return type and default of each parameter of the case, as they stand in its source. Raises `InputError`."""
-    for item in _source(name).body:
+    """Return type, or words to choose from, and default of each parameter of the case. Raises `InputError`."""
+    body = _source(name).body
+    known = {
+        target.id: item.value
+        for item in body
+        if isinstance(item, ast.Assign)
+        for target in item.targets
+        if isinstance(target, ast.Name)
+    }
+    for item in body:
         if isinstance(item, ast.FunctionDef) and item.name in ("scene", "solve"):
-            found = {}
-            for argument, default in zip(item.args.kwonlyargs, item.args.kw_defaults, strict=True):
-                kind = ast.unparse(argument.annotation) if argument.annotation else ""
-                found[argument.arg] = (_aliases().get(kind, kind), ast.unparse(default) if default else "")
-            return found
+            pairs = zip(item.args.kwonlyargs, item.args.kw_defaults, strict=True)
+            return {
+                argument.arg: (_kind(argument.annotation, known), _kind(default, known)) for argument, default in pairs
+            }
     return {}
 
 
@@ -85,12 +92,22 @@ def load(name: str) -> ModuleType:
     return importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
 
 
-def _aliases() -> dict[str, str]:
-    """Return the words that a named choice of `_choices.py` allows, such as choices.Kind."""
-    from . import _choices
+def _kind(found: ast.expr | None, known: dict[str, ast.expr]) -> str:
+    """Return a type or default in a source as text: choices as their words, a name of the module as its value."""
+    match found:
+        case None:
+            return ""
+        case ast.Name(id=name) if name in known:
+            return _kind(known[name], known)
+        case ast.BinOp(left=left, op=ast.BitOr(), right=right):
+            return f"{_kind(left, known)} | {_kind(right, known)}"
+        case ast.Subscript(value=ast.Name(id="Literal"), slice=words):
+            return " | ".join(str(word) for word in ast.literal_eval(words))
+        case ast.Attribute(value=ast.Name(id="choices"), attr=name):
+            from . import _choices
 
-    named = {name: get_args(kind) for name, kind in vars(_choices).items() if get_origin(kind) is Literal}
-    return {f"choices.{name}": " | ".join(words) for name, words in named.items()}
+            return " | ".join(get_args(getattr(_choices, name)))
+    return ast.unparse(found)
 
 
 def _path(name: str) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
@@ -29,6 +30,17 @@ def test_list_verbose_shows_parameters_with_their_choices(capsys):
     assert "massless | penalty | impulse" in text
     assert "10 / 3.6" in text
     assert "compare " in text
+
+
+@pytest.mark.parametrize("name", cases.names())
+def test_types_and_defaults_are_in_words_of_a_user(name):
+    """Neither names of the source nor Python's notation for choices: each default is a number or one of the words."""
+    for key, (kind, default) in cases.parameters(name).items():
+        words = kind.split(" | ")
+        assert all(re.fullmatch(r"[a-z][a-z0-9-]*|None", word) for word in words), (key, kind)
+        value = eval(default, {})
+        named = words == ["str"] or set(words) == {"str", "None"}
+        assert not isinstance(value, str) or named or value in words, (key, kind, default)
 
 
 def test_list_verbose_explains_every_case_and_its_parameters(capsys):
