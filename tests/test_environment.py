@@ -8,7 +8,11 @@ import sys
 import pytest
 from scenes import ROOT, python
 
-OWN = ("HOME", "XDG_CACHE_HOME", "TI_OFFLINE_CACHE_FILE_PATH")
+from tcontact.base.errors import InputError
+from tcontact.device import runtime
+
+LIMIT = "TI_OFFLINE_CACHE_MAX_SIZE_OF_FILES"
+OWN = ("HOME", "XDG_CACHE_HOME", "TI_OFFLINE_CACHE_FILE_PATH", LIMIT)
 
 
 def go(arguments, environment=None, **limits):
@@ -53,6 +57,20 @@ def test_kernels_are_kept_only_where_there_is_room_for_whole_ones(tmp_path):
         done = go([ROOT / "tests" / "tiny_kernel.py", ROOT], {"TI_OFFLINE_CACHE_FILE_PATH": str(folder)}, **limits)
         assert done.returncode == 0, done.stderr
         assert (len(list(folder.glob("*.tic"))) > 0) == kept
+
+
+@pytest.mark.parametrize(("wanted", "bytes_kept"), [({}, 2**30), ({LIMIT: "12345"}, 12345)])
+def test_the_kernels_of_all_cases_have_room(wanted, bytes_kept, tmp_path):
+    """Taichi has room for 100 MB; a process that ends above that removes a quarter, the first cases of `doctor`."""
+    code = "from tcontact.device import runtime; print(runtime.start('cpu', 1).cfg.offline_cache_max_size_of_files)"
+    done = go(["-c", code], {"XDG_CACHE_HOME": str(tmp_path)} | wanted)
+    assert (done.returncode, done.stdout.strip()) == (0, str(bytes_kept)), done.stderr
+
+
+def test_no_more_threads_are_started_than_a_system_can_have():
+    """A hundred thousand took every process of the machine, and ended in no message."""
+    with pytest.raises(InputError, match="from 1 to 1024"):
+        runtime.start("cpu", 100_000)
 
 
 def test_a_command_keeps_the_kernels_that_it_has_compiled(tmp_path):

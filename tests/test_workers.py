@@ -1,9 +1,11 @@
 """Runs in worker processes: kernels are kept, pools end, and what cannot work in them is refused by name."""
 
+import contextlib
 import json
 import multiprocessing
 import os
 import pickle
+import signal
 import subprocess
 import sys
 
@@ -38,8 +40,13 @@ def test_a_pool_is_left_amid_a_run(tmp_path):
     """Its worker ends with the run, which is stored, instead of waiting for the next task for ever."""
     script = [sys.executable, ROOT / "tests" / "pool_worker.py", tmp_path / "run"]
     paths = os.environ | {"PYTHONPATH": str(ROOT)}
-    done = subprocess.run(script, capture_output=True, text=True, timeout=100, env=paths)
-    assert (done.returncode, done.stdout) == (0, "left\n"), done.stderr
+    program = subprocess.Popen(script, stdout=subprocess.PIPE, text=True, env=paths, start_new_session=True)
+    try:
+        assert program.communicate(timeout=100) == ("left\n", None)
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(program.pid, signal.SIGKILL)  # a worker that goes on
+    assert program.returncode == 0
     stored = json.loads((tmp_path / "run" / "summary.json").read_text())
     assert stored["reason"] == "interrupted"
     assert "SIGTERM" in stored["message"]

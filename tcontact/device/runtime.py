@@ -21,6 +21,8 @@ from .tracing import quick_import, quicken
 
 STALE_LOCK = 60.0  # seconds; a lock is held for milliseconds
 CACHE_ROOM = 2**26  # bytes that must be free for compiled kernels; one of them takes up to 2 MB
+KEPT = 2**30  # bytes of compiled kernels, above which Taichi removes a quarter; all cases have some 100 MB
+MOST = 1024  # threads; many thousands take every process that the system can have
 ADDRESS_ROOM = 3 * 2**29  # bytes of address space: Taichi reserves 1 GiB, its threads and the compiler take the rest
 
 _started: tuple[str, int] | None = None
@@ -62,8 +64,8 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     global _started
     if arch not in ("cpu", "cuda"):
         raise InputError("arch", arch, "use 'cpu' or 'cuda'")
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
-        raise InputError("threads", threads, "give a positive whole number, or None for all cores")
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or not 1 <= threads <= MOST):
+        raise InputError("threads", threads, f"give a whole number from 1 to {MOST}, or None for all cores")
     if _copied:
         remedy = "it has no threads; start workers before the first run, or by multiprocessing.get_context('spawn')"
         raise InputError("process", "a copy (fork) of one that has computed", remedy)
@@ -93,6 +95,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
                 default_ip=ti.i32,
                 fast_math=False,
                 offline_cache=cached,
+                **_room(),
                 # Taichi crashes at the end if this folder does not exist, even if it stores nothing there
                 offline_cache_file_path=str(cache if cached else Path(__file__).parent),
                 cpu_max_num_threads=wanted,
@@ -112,6 +115,11 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
 def _be_copied() -> None:
     global _started, _copied
     _started, _copied = None, True
+
+
+def _room() -> dict[str, int]:
+    """Return how many bytes of compiled kernels are kept, unless the user's environment says so."""
+    return {} if os.environ.get("TI_OFFLINE_CACHE_MAX_SIZE_OF_FILES") else {"offline_cache_max_size_of_files": KEPT}
 
 
 def keep_kernels() -> None:
