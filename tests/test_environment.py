@@ -4,12 +4,13 @@ import os
 import resource
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from scenes import ROOT, python
 
 from tcontact.base.errors import InputError
-from tcontact.device import runtime
+from tcontact.device import kernel_list, runtime
 
 LIMIT = "TI_OFFLINE_CACHE_MAX_SIZE_OF_FILES"
 OWN = ("HOME", "XDG_CACHE_HOME", "TI_OFFLINE_CACHE_FILE_PATH", LIMIT)
@@ -65,6 +66,36 @@ def test_the_kernels_of_all_cases_have_room(wanted, bytes_kept, tmp_path):
     code = "from tcontact.device import runtime; print(runtime.start('cpu', 1).cfg.offline_cache_max_size_of_files)"
     done = go(["-c", code], {"XDG_CACHE_HOME": str(tmp_path)} | wanted)
     assert (done.returncode, done.stdout.strip()) == (0, str(bytes_kept)), done.stderr
+
+
+@pytest.mark.parametrize(
+    "damage", [Path.unlink, lambda file: file.write_bytes(b""), lambda file: file.write_bytes(b"x")]
+)
+def test_a_kernel_whose_file_is_lost_is_stored_again(damage, tmp_path):
+    """Taichi compiles it in every run and never stores it, since it stands in its list; the others are left alone."""
+    program = "import sys; sys.path[:0] = ['.', 'tests']; import tiny_kernel; tiny_kernel.run({})"
+    files = []
+    for option in ("", "3.0", ""):
+        if option == "" and files:
+            damage(files[0])
+        done = go(["-c", program.format(option)], {"TI_OFFLINE_CACHE_FILE_PATH": str(tmp_path)})
+        assert done.returncode == 0, done.stderr
+        files += sorted(set(tmp_path.glob("*.tic")) - set(files))
+    assert len(files) == 2
+    for file in files:
+        assert file.stat().st_size > 1000
+    assert kernel_list.HEAD.unpack_from((tmp_path / kernel_list.LIST).read_bytes())[-2:] == (
+        sum(file.stat().st_size for file in files),
+        2,
+    )
+
+
+def test_a_list_of_another_form_is_left_as_it_is(tmp_path):
+    for content in (b"", b"\x07", bytes(30), b"\xc8" + bytes(199)):
+        (tmp_path / kernel_list.LIST).write_bytes(content)
+        kernel_list.strike_lost(tmp_path)
+        assert (tmp_path / kernel_list.LIST).read_bytes() == content
+    kernel_list.strike_lost(tmp_path / "absent")
 
 
 def test_no_more_threads_are_started_than_a_system_can_have():

@@ -5,7 +5,7 @@ import sys
 import numpy as np
 
 
-def run():
+def run(factor=2.0):
     """Compile and run it; returns its answer."""
     from tcontact.device import runtime
 
@@ -14,7 +14,7 @@ def run():
     @ti.kernel
     def double(x: ti.types.ndarray(dtype=ti.f64, ndim=1)):
         for i in range(x.shape[0]):
-            x[i] *= 2.0
+            x[i] *= factor
 
     values = np.ones(3)
     double(values)

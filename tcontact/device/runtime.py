@@ -16,6 +16,7 @@ from types import ModuleType
 from ..base.errors import InputError
 from . import workers
 from .cuda import NoDevice, count_devices
+from .kernel_list import strike_lost
 from .ranks import cores_of_a_rank
 from .tracing import quick_import, quicken
 
@@ -87,6 +88,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     cached = _takes_files(cache)
     if cached:
         _drop_stale_lock(cache)
+        strike_lost(cache)
     try:
         with redirect_stdout(io.StringIO()):  # Taichi prints a banner
             ti.init(
