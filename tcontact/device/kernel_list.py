@@ -1,10 +1,10 @@
 """Taichi's list of the kernels that it has stored: those whose files are lost are struck out.
 
 Taichi compiles a kernel of its list whose file is missing or damaged, and does not store it again: every run would be a
-cold one, for example where a folder for temporary files was cleaned, or after a power failure. The list, `ticache.tcb`,
-is its length [bytes], Taichi's version (three numbers of 16 bits), the bytes of all files, the number of kernels, and for
-every kernel its key twice (each with its length), the bytes of its file, and when it was made and last used. Other
-numbers have 64 bits. A list of any other form is left as it is.
+cold one, for example where a folder for temporary files was cleaned, or after a power failure. The list,
+`ticache.tcb`, is its length [bytes], Taichi's version (three numbers of 16 bits), the bytes of all files, the number of
+kernels, and for every kernel its key twice (each with its length), the bytes of its file, and when it was made and last
+used. Other numbers have 64 bits. A list of any other form is left as it is.
 """
 
 from __future__ import annotations
