@@ -8,7 +8,9 @@ import pytest
 from oracle.meshes import HEX_TO_TETS
 from PIL import Image
 
+import tcontact as tc
 from tcontact.base.errors import InputError
+from tcontact.commands.cli import main
 from tcontact.device import runtime
 from tcontact.mesh.elements import ELEMENTS
 from tcontact.results.files.vtkhdf import ResultData, ResultFile
@@ -360,6 +362,20 @@ def test_a_cut_face_shows_the_values_inside(result, tmp_path):
         image = np.asarray(Image.open(path)).astype(int)[60:220, 60:200]
         found.append((image > 190).all(axis=2).mean())
     assert found[0] < 0.05 < 0.1 < found[1]
+
+
+def test_pictures_of_frames_without_stress_and_pressure_need_no_field(tmp_path, capsys):
+    """What `simulate(fields=...)` left out is asked for by no default."""
+    body = tc.Body(tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2)), tc.LinearElastic(1e6, 0.3, 1000.0), (0.0, 0.0, 1.0))
+    result = tc.simulate(tc.Scene([body], duration=1e-3), out=tmp_path / "run", frames=2, fields=["velocity"])
+    assert result.render().shape == tc.open_result(tmp_path / "run").render().shape == (720, 960, 3)
+    assert main(["render", str(tmp_path / "run"), "--time", "0", "--out", str(tmp_path)]) == 0
+    assert main(["render", str(tmp_path / "run"), "--out", str(tmp_path / "film")]) == 0
+    (picture,) = tmp_path.glob("picture-*-0s.png")
+    assert picture.name in ("picture-displacement-0s.png", "picture-velocity-0s.png")
+    assert (tmp_path / "film" / "animation.gif").exists()
+    assert main(["render", str(tmp_path / "run"), "--field", "von_mises"]) == 2
+    assert "velocity" in capsys.readouterr().err
 
 
 def test_one_picture_is_the_nearest_frame_with_the_colours_of_the_series(result, tmp_path):

@@ -55,7 +55,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Draw the run."""
     if arguments.plots:
         return _plots(arguments)
+    from ..results.files.vtkhdf import ResultData
     from ..show.render import Camera, Clip, render_frames, render_picture
+    from ..show.render.series import usual_field
 
     path = result_file(arguments.file)
     out = arguments.out or path.parent
@@ -70,8 +72,9 @@ def run(arguments: argparse.Namespace) -> int:
     elif arguments.up is not None:
         raise InputError("--up", arguments.up, "give --camera too")
     if arguments.time is not None:
-        name = f"picture-{options.get('field', 'contact_pressure')}-{arguments.time:g}s.png"
-        print(render_picture(path, out / name, arguments.time, **options))
+        data = ResultData.open(path)
+        field = options.setdefault("field", usual_field(data))
+        print(render_picture(data, out / f"picture-{field}-{arguments.time:g}s.png", arguments.time, **options))
         return 0
     written = render_frames(path, out, fps=arguments.fps, video=True if arguments.mp4 else None, **options)
     for picture in written:

@@ -27,7 +27,8 @@ class Outcome:
 
     @property
     def frames(self) -> Any:
-        """The stored frames, read when asked for: times [s], frame(index), points, fields (`ResultData`).
+        """The stored frames, read when asked for: times [s], frame(index), points, point_fields, cell_fields
+        (`ResultData`).
 
         A run without a file has one frame, its end.
         """
@@ -75,14 +76,15 @@ class Outcome:
         self,
         path: Path | str | None = None,
         time: float | None = None,
-        field: str = "von_mises",
+        field: str | None = None,
         size: tuple[int, int] = (960, 720),
         **options: Any,
     ) -> np.ndarray:
         """Draw the frame nearest to a time [s] (None: the end) without a display; return it [height, width, 3], 0..255.
 
-        path: file to write the picture to as well, None = none; field, size and the other options (camera,
-        deformation_scale, range, view, title, colours, clip): as in `tcontact.render.render_picture`.
+        path: file to write the picture to as well, None = none; field: None = the von Mises stress, another one where
+        the frames do not have it; size and the other options (camera, deformation_scale, range, view, title, colours,
+        clip): as in `tcontact.render.render_picture`.
         Raises `InputError` for an unknown field and for what cannot be drawn or written.
         """
         return np.asarray(self.views.render(self, path, time, field, size, options))

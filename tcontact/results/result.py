@@ -96,7 +96,8 @@ class Result(Outcome):
 
     @property
     def frames(self) -> Any:
-        """The stored frames, read when asked for: times [s], frame(index), points, fields (`ResultData`).
+        """The stored frames, read when asked for: times [s], frame(index), points, point_fields, cell_fields
+        (`ResultData`).
 
         A run without `out`, or with frames=0, has one frame, its end.
         """

@@ -65,7 +65,7 @@ class StoredResult(Outcome):
 
     @property
     def frames(self) -> ResultData:
-        """The stored frames, read when asked for: times [s], frame(index), points, fields."""
+        """The stored frames, read when asked for: times [s], frame(index), points, point_fields, cell_fields."""
         return self.data
 
     @cached_property

@@ -58,18 +58,20 @@ def render(
     result: Outcome,
     path: Path | str | None,
     time: float | None,
-    field: str,
+    field: str | None,
     size: tuple[int, int],
     options: Mapping[str, Any],
 ) -> np.ndarray:
     """Draw the frame of a result nearest to a time [s], into a file too if one is named; return the picture."""
-    from .render.series import drawn_picture, stored_picture
+    from .render.series import drawn_picture, stored_picture, usual_field
 
     for name in options:
         if name not in OPTIONS:
             remedy = f"render() has no such option; {hint(name, OPTIONS)}Use one of {', '.join(OPTIONS)}"
             raise InputError(name, options[name], remedy)
-    picture = drawn_picture(result.frames, time, field, size, **options)
+    frames = result.frames
+    field = usual_field(frames, "von_mises") if field is None else field
+    picture = drawn_picture(frames, time, field, size, **options)
     if path is not None:
         stored_picture(picture, path)
     return np.asarray(picture)

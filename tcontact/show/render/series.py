@@ -30,7 +30,7 @@ SIZE = "give width and height in pixels, 160 to 8192"
 def render_frames(
     data: ResultData | Path | str,
     out: Path | str,
-    field: str = "contact_pressure",
+    field: str | None = None,
     size: tuple[int, int] = (960, 720),
     camera: Camera | None = None,
     deformation_scale: float = 1.0,
@@ -50,15 +50,16 @@ def render_frames(
     contact-face.png: the contact pressure seen from below at the instant of the largest contact force; with several
     bodies also bodies.png, the first frame with a colour for each body.
 
-    field: any field of the file, vectors by their length, cell values one colour a face; "body", in a file of several
-    ones: a colour for each with its name, which other fields have written on the body; size: picture [pixel]; camera:
-    None = a three-quarter view of body and contact plane; deformation_scale: factor on displacements about each body's
-    mean motion; obstacles: {"kind": "plane", "point": [3], "normal": [3]} each, None = those in the file's attributes;
-    fps: frames per second of the animation, None = about six seconds in all; range: values at the two ends of the
-    colours, None = those of the series, without the highest 1.5 %; view: "above" or "below" the first plane, which is
-    then drawn as an outline; title: the second line, None = the attribute "title" of the file; colours: a colour map of
-    matplotlib, None = that of the field; clip: planes that cut the bodies open; video: an MP4 beside the GIF, None =
-    where imageio-ffmpeg is installed.
+    field: any field of the file, vectors by their length, cell values one colour a face, None = the contact pressure,
+    in a file without it the von Mises stress or the first field; "body", in a file of several ones: a colour for each
+    with its name, which other fields have written on the body; size: picture [pixel]; camera: None = a three-quarter
+    view of body and contact plane; deformation_scale: factor on displacements about each body's mean motion; obstacles:
+    {"kind": "plane", "point": [3], "normal": [3]} each, None = those in the file's attributes; fps: frames per second
+    of the animation, None = about six seconds in all; range: values at the two ends of the colours, None = those of the
+    series, without the highest 1.5 %; view: "above" or "below" the first plane, which is then drawn as an outline;
+    title: the second line, None = the attribute "title" of the file; colours: a colour map of matplotlib, None = that
+    of the field; clip: planes that cut the bodies open; video: an MP4 beside the GIF, None = where imageio-ffmpeg is
+    installed.
     Raises `InputError` for an unknown field (with those known), a file without frames and values out of place, before
     it writes.
     """
@@ -69,6 +70,7 @@ def render_frames(
     validate.flag("animation", animation)
     if video is not None and validate.flag("video", video) and not can_film():
         raise InputError("video", video, "needs the package imageio-ffmpeg: pip install imageio-ffmpeg")
+    field = usual_field(data) if field is None else field
     studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
     stages.say("drawing")
     eye = _eye(studio, view, camera)
@@ -102,11 +104,17 @@ def render_frames(
         return written + studio.contact_face(out / "contact-face.png", limits if field == "contact_pressure" else None)
 
 
+def usual_field(data: Any, wanted: str = "contact_pressure") -> str:
+    """Return the field that colours pictures where none is named: the wanted one, or one that the frames have."""
+    known = (*data.point_fields, *data.cell_fields)
+    return next((name for name in (wanted, "von_mises", *known) if name in known), wanted)
+
+
 def render_picture(
     data: ResultData | Path | str,
     path: Path | str,
     time: float | None = None,
-    field: str = "contact_pressure",
+    field: str | None = None,
     size: tuple[int, int] = (960, 720),
     camera: Camera | None = None,
     deformation_scale: float = 1.0,
@@ -132,7 +140,7 @@ def render_picture(
 def drawn_picture(
     data: Any,
     time: float | None,
-    field: str,
+    field: str | None,
     size: tuple[int, int],
     camera: Camera | None = None,
     deformation_scale: float = 1.0,
@@ -146,6 +154,7 @@ def drawn_picture(
     """Draw the picture of `render_picture`; data: also a series in memory, `show.notebook.EndState`."""
     if time is not None:
         time = validate.number("time", time)
+    field = usual_field(data) if field is None else field
     studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
     eye = _eye(studio, view, camera)
     index = len(data) - 1 if time is None else int(np.argmin(np.abs(data.times - time)))
