@@ -98,3 +98,26 @@ def test_a_program_may_make_errors_of_warnings():
     code = "import warnings; warnings.simplefilter('error')\nimport tiny_kernel; print(tiny_kernel.run().sum())"
     done = python(code)
     assert (done.returncode, done.stdout) == (0, "6.0\n"), done.stderr
+
+
+def test_threads_compute_in_turn():
+    """Taichi serves one thread at a time: another one found it half started, or waited for ever."""
+    code = """
+import threading
+from concurrent.futures import ThreadPoolExecutor
+import numpy as np, pool_worker
+import tcontact as tc
+together = threading.Barrier(3)
+def run(duration):
+    together.wait()
+    result = tc.simulate(pool_worker.block(duration))
+    together.wait()
+    result.render()
+    return result.position
+with ThreadPoolExecutor(3) as pool:
+    found = list(pool.map(run, (0.05, 0.1, 0.2)))
+for duration, position in zip((0.05, 0.1, 0.2), found):
+    print(np.array_equal(tc.simulate(pool_worker.block(duration)).position, position))
+"""
+    done = python(code)
+    assert (done.returncode, done.stdout) == (0, "True\n" * 3), done.stderr

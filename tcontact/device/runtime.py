@@ -7,6 +7,7 @@ import mmap
 import os
 import shutil
 import tempfile
+import threading
 import time
 import warnings
 from contextlib import redirect_stdout
@@ -26,6 +27,7 @@ KEPT = 2**30  # bytes of compiled kernels, above which Taichi removes a quarter;
 MOST = 1024  # threads; many thousands take every process that the system can have
 ADDRESS_ROOM = 3 * 2**29  # bytes of address space: Taichi reserves 1 GiB, its threads and the compiler take the rest
 
+turn = threading.RLock()  # held by the thread that computes: Taichi serves one at a time
 _started: tuple[str, int] | None = None
 _copied = False  # from a process in which Taichi had been started
 
@@ -115,8 +117,8 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
 
 
 def _be_copied() -> None:
-    global _started, _copied
-    _started, _copied = None, True
+    global _started, _copied, turn
+    _started, _copied, turn = None, True, threading.RLock()  # another thread may have held it
 
 
 def _room() -> dict[str, int]:

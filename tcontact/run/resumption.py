@@ -71,7 +71,7 @@ def resume(
         check_alike(together, scene, scheme, {"arch": arch, "checkpoint": options, "precision": precision})
         check_ranks(scene, scheme, arch, together.size)
         return resume_on_ranks(together, path, scene, scheme, threads, progress, options, precision)
-    with pools_served(), locked(path):
+    with pools_served(), runtime.turn, locked(path):
         every = latest(path)
         stored = every[0]
         physics = fingerprint(scene, scheme)

@@ -138,14 +138,15 @@ def simulate(
     stages.say("planning")
     planned = finished_plan(scene, scheme, precision, () if folder is None else wanted)
     check_device(planned, arch)
-    stages.say("starting the compiler")
-    runtime.start(arch, threads)
-    check_starts(planned.domains, displacement)
-    check_laws(scene, scheme)
-    if folder is not None:
-        make_folder(folder)
     with ExitStack() as ending:
         ending.enter_context(pools_served())
+        ending.enter_context(runtime.turn)
+        stages.say("starting the compiler")
+        runtime.start(arch, threads)
+        check_starts(planned.domains, displacement)
+        check_laws(scene, scheme)
+        if folder is not None:
+            make_folder(folder)
         ending.enter_context(counted(_kind(planned, scheme, arch, precision, folder is not None and frames > 0)))
         process = None
         if folder is not None:

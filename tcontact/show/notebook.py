@@ -76,12 +76,13 @@ class EndState:
 
     @cached_property
     def _frame(self) -> Frame:
-        if not runtime.threads():
-            runtime.start()  # the result came from another process
         result, bodies = self.result, self.result.scene.bodies
         moved = result.position - self.points
         parts = np.split(moved, np.cumsum([body.mesh.node_count for body in bodies])[:-1])
-        stress = [VonMises(body)(part) for body, part in zip(bodies, parts, strict=True)]
+        with runtime.turn:
+            if not runtime.threads():
+                runtime.start()  # the result came from another process
+            stress = [VonMises(body)(part) for body, part in zip(bodies, parts, strict=True)]
         cells = {"von_mises": np.concatenate(stress)}
         if len(bodies) > 1:
             cells["body"] = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(bodies)])

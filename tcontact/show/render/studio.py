@@ -196,6 +196,10 @@ class Studio:
 
     def pixels(self, frame: Frame, field: str, limits: tuple[float, float], eye: Eye, note: str = "") -> np.ndarray:
         """Draw one frame [height, width, red green blue]."""
+        with runtime.turn:
+            return self._pixels(frame, field, limits, eye, note)
+
+    def _pixels(self, frame: Frame, field: str, limits: tuple[float, float], eye: Eye, note: str) -> np.ndarray:
         from PIL import Image, ImageDraw
 
         if not runtime.threads():
