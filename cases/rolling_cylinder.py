@@ -131,7 +131,7 @@ def checks(result: tc.Result) -> list[ck.Check]:
     start, slid, time = float(scene.bodies[0].velocity[0]), sliding_time(scene), history["time"]
     speed, spin = motion(result)
     wanted_speed, wanted_spin = rigid(scene, time)
-    impulse = history["impulse"][int(np.searchsorted(time, 0.7 * slid))]
+    impulse = history["impulse"][min(int(np.searchsorted(time, 0.7 * slid)), len(time) - 1)]
     rubbed = -impulse[0] / impulse[2] / scene.friction.coefficient
     found += [
         ck.between("friction / (mu pressure), sliding", rubbed, 0.999, 1.001),

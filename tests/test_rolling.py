@@ -9,6 +9,15 @@ from tcontact.cases import rolling_cylinder
 from tcontact.results import checks as ck
 
 
+def test_a_run_that_ends_while_the_cylinder_slides_is_checked():
+    """Its friction too, up to the end: `--set duration=` may stop it there."""
+    result = simulate(rolling_cylinder.scene(cells=8, duration=0.02), cfl=0.9)
+    assert result.time < 0.7 * rolling_cylinder.sliding_time(result.scene)
+    found = {check.name: check for check in rolling_cylinder.checks(result)}
+    assert found["friction / (mu pressure), sliding"].passed
+    assert "rolling speed, error" not in found
+
+
 @pytest.mark.parametrize("cells", [4, 11])
 def test_the_disc_is_one(cells):
     mesh = tc.cylinder_mesh(2.0, 0.3, cells, axis="y", layers=1)
