@@ -15,9 +15,10 @@ from tcontact.results.files.vtkhdf import ResultData, ResultFile
 from tcontact.show import render
 from tcontact.show.render.animation import can_film
 from tcontact.show.render.labels import round_up
+from tcontact.show.render.raster import Raster
 from tcontact.show.render.studio import Studio
 from tcontact.show.render.surface import Clip, boundary_surface, clipped_surface
-from tcontact.show.render.triangles import Triangles, draw
+from tcontact.show.render.triangles import Triangles
 
 PLANE = {"kind": "plane", "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
 
@@ -67,7 +68,7 @@ def _raster(corners, value=None, table=None, size=(40, 30), colours=None):
     colours = np.full(3 * 768, 200, np.float32) if colours is None else colours
     depth, pixel = np.zeros(width * height, np.float32), np.zeros(width * height, np.int32)
     place = slice(0, height), slice(0, width)
-    draw(scene, width, place, 1, 0.0, colours, np.zeros_like(depth), depth, pixel)
+    Raster().draw(scene, width, place, 1, 0.0, colours, np.zeros_like(depth), depth, pixel)
     return depth.reshape(height, width), pixel.reshape(height, width)
 
 
