@@ -20,7 +20,7 @@ def load_matplotlib() -> None:
     described, listed = vars(base).get(name), getattr(artist, "kwdoc", None)
     if described is not None and listed is not None:
         setattr(base, name, classmethod(_nothing))
-        artist.kwdoc = _no_text
+        artist.kwdoc = _no_text  # type: ignore[assignment]
     try:
         from matplotlib.backends import backend_agg  # noqa: F401 - imports the rest
         from matplotlib.figure import Figure  # noqa: F401

@@ -1,11 +1,12 @@
 """Speed up the tracing of kernels: Taichi repeats work for every node of the source and every call of a function.
 
 For every node it makes an excerpt of the source for error messages, for every call of a `ti.func` it reads, parses and
-re-wraps the source of that function, for every number it asks NumPy for the limits of its type, and for every definition it reads the source around it to learn whether that is a
-class. It also copies each argument of a `ti.func` into a new variable, which its compiler has to remove again: here an
-argument that is a variable already is passed as it is, unless the function assigns to it; only to functions of this
-package, since those of others may change an argument in other ways. All this takes more than half of the time to the
-first step. The names replaced here are internal to Taichi: where one is missing, tracing stays slow.
+re-wraps the source of that function, for every number it asks NumPy for the limits of its type, and for every
+definition it reads the source around it to learn whether that is a class. It also copies each argument of a `ti.func`
+into a new variable, which its compiler has to remove again: here an argument that is a variable already is passed as it
+is, unless the function assigns to it; only to functions of this package, since those of others may change an argument
+in other ways. All this takes more than half of the time to the first step. The names replaced here are internal to
+Taichi: where one is missing, tracing stays slow.
 Errors in kernels then name file, line and function without the excerpt.
 """
 

@@ -97,7 +97,7 @@ class ResultData:
 
     @contextmanager
     def opened(self) -> Iterator[Callable[[int], Frame]]:
-        """Yield what reads a frame by its number, 0 the first one, as `frame` does: the file is opened once for many."""
+        """Yield what reads a frame by its number from 0, as `frame` does: the file is opened once for many."""
         with _opened(self.path) as file:
             try:
                 reader = FrameReader(self, file)
