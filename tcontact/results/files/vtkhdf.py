@@ -30,6 +30,7 @@ __all__ = ["Frame", "ResultData", "ResultFile"]
 
 VERSION = (2, 0)  # the first VTKHDF version with time steps: every later reader accepts it
 _STEP_ROWS = 512  # rows in a chunk of the per-step arrays
+_STEPS_AHEAD = 63  # frames whose places are written before they are there: one write for all
 _STORED_ROWS = 2**16  # rows at most in a chunk of what is stored as a whole
 _LIBRARY = ("v108", "v108")  # metadata with checksums, yet without the "still open" mark that blocks readers
 _STATIC_OFFSETS = {"PartOffsets": (), "PointOffsets": (), "CellOffsets": (1,), "ConnectivityIdOffsets": (1,)}
@@ -62,6 +63,7 @@ class ResultFile:
         self._checks = _Column(file["tcontact"], "frames", np.uint32, (), _STEP_ROWS)
         self._frames = 0
         self.kept = 0  # frames that are on disk
+        self._ahead = 0  # frames whose places are known, as the same number follows for each
         self._new: list[tuple[float, int]] = []  # time [s] and checksum of frames that nothing counts yet
 
     @classmethod
@@ -174,7 +176,7 @@ class ResultFile:
         for (group, _), column in result._fields.items():
             column.cut(frames * result._rows[group])
         root["Steps"].attrs.modify("NSteps", np.int64(frames))
-        result._frames = result.kept = frames
+        result._frames = result.kept = result._ahead = frames
         for name in list(file["tcontact/history"]):
             del file["tcontact/history"][name]
         result._write_first(attributes)
@@ -212,16 +214,29 @@ class ResultFile:
         if commit:
             self.commit()
 
-    def _count_new(self) -> None:
-        """Let the file count the frames since the last commit: their numbers follow them, the times come last."""
-        if not self._new:
-            return
-        numbers = np.arange(self._frames - len(self._new), self._frames)
+    def _number(self, count: int) -> None:
+        """Write where the fields of the first `count` frames start, also of those that are not there yet."""
+        numbers = np.arange(self._ahead, count)
         for key, column in self._field_offsets.items():
             column.append(numbers * (0 if key in self._static else self._rows[key[0]]))
         for name, column in self._offsets.items():
             column.append(np.zeros((len(numbers), *_STATIC_OFFSETS[name])))
         self._parts.append(np.ones(len(numbers)))
+        self._ahead = count
+
+    def _cut_ahead(self) -> None:
+        """Leave of what `_number` wrote what belongs to frames."""
+        if self._ahead > self._frames:
+            for column in (self._parts, *self._offsets.values(), *self._field_offsets.values()):
+                column.cut(self._frames)
+            self._ahead = self._frames
+
+    def _count_new(self) -> None:
+        """Let the file count the frames since the last commit: their numbers follow them, the times come last."""
+        if not self._new:
+            return
+        if self._frames > self._ahead:
+            self._number(self._frames + _STEPS_AHEAD)
         times, checks = zip(*self._new, strict=True)
         self._checks.append(np.array(checks))
         self._stage()  # the frames are on disk before anything counts them
@@ -270,6 +285,7 @@ class ResultFile:
         try:
             with suppress(Exception) if failed else nullcontext():  # nothing that it does reaches the disk any more
                 self._count_new()
+                self._cut_ahead()
                 self._file.close()
             if not failed:
                 self._disk.commit()
