@@ -16,6 +16,7 @@ import ast
 import functools
 import inspect
 import linecache
+import operator
 import sys
 import textwrap
 from collections import defaultdict
@@ -85,6 +86,8 @@ def quicken() -> None:
         builder: Any = ast_transformer_utils.Builder
         build = _quick_build(builder.__call__)
         expr = ti.lang.expr
+        transformer: Any = ti.lang.ast.ast_transformer.ASTTransformer
+        binary = _quick_binary(transformer.build_BinOp)
         constant = _quick_constant(expr.make_constant_expr, expr.Expr, expr._ti_core, impl, ti)
     except (ImportError, AttributeError):
         return
@@ -100,6 +103,7 @@ def quicken() -> None:
     kernel_impl._process_args = arguments.process
     builder.__call__ = build
     expr.make_constant_expr = constant
+    transformer.build_BinOp = staticmethod(binary)
 
 
 def _place(context: Any, node: Any) -> str:
@@ -287,6 +291,27 @@ def _quick_constant(slow: Any, expression: Any, core: Any, impl: Any, ti: Any) -
         return slow(value, dtype)
 
     return constant
+
+
+def _quick_binary(slow: Any) -> Any:
+    """Return the function that traces an operation of two values, with one table of the operators for all."""
+    operators: dict[type, Any] = {
+        ast.Add: operator.add,
+        ast.Sub: operator.sub,
+        ast.Mult: operator.mul,
+        ast.Div: operator.truediv,
+    }
+
+    def binary(context: Any, node: Any) -> Any:
+        chosen = operators.get(type(node.op))
+        if chosen is None:
+            return slow(context, node)
+        build = slow.__globals__["build_stmt"]
+        left, right = build(context, node.left), build(context, node.right)
+        node.ptr = chosen(node.left.ptr, node.right.ptr)
+        return node.ptr
+
+    return binary
 
 
 def _quick_build(slow: Any) -> Any:
