@@ -307,7 +307,8 @@ def _quick_binary(slow: Any) -> Any:
         if chosen is None:
             return slow(context, node)
         build = slow.__globals__["build_stmt"]
-        left, right = build(context, node.left), build(context, node.right)
+        build(context, node.left)
+        build(context, node.right)
         node.ptr = chosen(node.left.ptr, node.right.ptr)
         return node.ptr
 
