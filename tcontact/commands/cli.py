@@ -24,7 +24,7 @@ from .streams import safe_output
 from .ticker import ticking
 
 TICKING = ("run", "resume", "render", "report")  # commands that tell what they are doing
-OBJECTS = 50_000  # new ones between two looks for garbage
+OBJECTS = 300_000  # new ones between two looks for garbage
 COMMANDS = {  # the module of each
     "list": "listing",
     "run": "run",
@@ -57,7 +57,7 @@ def parser(command: str | None = None) -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; argv: the arguments, None = those of the process."""
-    with safe_output() as output, rare_collections():
+    with safe_output() as output, rare_collections(last=argv is None):
         code = _run(argv)
         output.flush()
         if output.error is not None:
@@ -67,10 +67,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 @contextmanager
-def rare_collections() -> Iterator[None]:
+def rare_collections(last: bool = False) -> Iterator[None]:
     """Let Python look for cyclic garbage rarely: tracing and imports make many objects that stay, and little of it.
 
-    What is left when the process ends is not looked through: its memory goes with the process.
+    last: the process ends with the command, and another look would only delay it: what is left goes with the process.
     """
     before = gc.get_threshold()
     gc.set_threshold(max(before[0], OBJECTS) if before[0] else 0, *before[1:])
@@ -79,7 +79,8 @@ def rare_collections() -> Iterator[None]:
     try:
         yield
     finally:
-        gc.set_threshold(*before)
+        if not last:
+            gc.set_threshold(*before)
 
 
 def _leave() -> None:
