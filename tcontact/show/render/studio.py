@@ -377,8 +377,9 @@ class Studio:
         that look away from the eye.
         """
         surface = self.surface
-        chosen = fronts(places, surface.corners, cull)
-        corners, face = surface.corners[chosen], surface.face[chosen]
+        drawn = (surface.corners, surface.face, surface.edges) if nodal or not cull else surface.halved
+        chosen = fronts(places, drawn[0], cull)
+        corners, face, edges = (part[chosen] for part in drawn)
         level = (values - limits[0]) / (limits[1] - limits[0])
         level = np.nan_to_num(level, nan=0.0, posinf=1.0, neginf=0.0)
         value = surface.spread(level)[corners] if nodal else np.repeat(level[face][:, None], 3, axis=1)
@@ -401,7 +402,7 @@ class Studio:
         length = float(np.nanmedian(edge)) / self.unit if np.isfinite(edge).any() else 0.0
         ink = np.full(len(face), 0.38 * min(1.0, max(0.0, (length - 2.5) / 9)))
         table = np.full(len(face), FIELD, dtype=np.int32)
-        return Triangles(places[corners], value, light, table, surface.edges[chosen], ink), face
+        return Triangles(places[corners], value, light, table, edges, ink), face
 
     def _pressed(self, normal: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Tell of faces with outward normals [q+t, 3] whether the contact force of their nodes presses on them."""
@@ -432,7 +433,7 @@ class Studio:
         self.shadow[:] = 0
         if len(fallen) == 0 or there.size == 0:
             return slice(0, 0), slice(0, 0)
-        corners = self.surface.corners
+        corners = self.surface.halved[0]
         chosen = fronts(fallen, corners, cull=isinstance(drawable(fallen[:, None]), slice))
         shadow = Triangles.plain(fallen[corners[chosen]], 0)
         black = np.zeros(768, np.float32)
