@@ -159,3 +159,28 @@ def test_checkpoints_that_are_to_be_kept_stay_at_the_end(tmp_path):
 
 def test_the_caption_leaves_the_comparison_out():
     assert curves.caption_of("cube", ["cells=4", "compare=true"]) == "cube, cells=4"
+
+
+DRAWN = """
+import hashlib, pathlib, sys
+import numpy as np
+if sys.argv[2] == "quick":
+    from tcontact.commands.quick_import import load_matplotlib
+    load_matplotlib()
+from matplotlib.artist import Artist, kwdoc
+from matplotlib.lines import Line2D
+from tcontact.show import plots
+time = np.linspace(0.0, 1.0, 9)
+plots.panels(pathlib.Path(sys.argv[1]), {("path", "m"): {"computed": (time, time), "exact": (time, time**2)}})
+line = Line2D([0], [0])
+line.set(color="red", linewidth=3.0)
+print(line.get_color(), line.get_linewidth(), "figure" in kwdoc(Artist), "linestyle" in str(Line2D.set.__doc__))
+"""
+
+
+def test_curves_of_a_command_need_no_docstrings_of_matplotlib(tmp_path):
+    """They look the same, artists do what they do else, and what writes docstrings is there again afterwards."""
+    plain, quick = (python(DRAWN, tmp_path / f"{name}.png", name) for name in ("plain", "quick"))
+    assert plain.stdout == "red 3.0 True True\n", plain.stderr
+    assert quick.stdout == "red 3.0 True False\n", quick.stderr
+    assert (tmp_path / "quick.png").read_bytes() == (tmp_path / "plain.png").read_bytes()

@@ -7,12 +7,13 @@ from PIL import Image, ImageSequence
 import tcontact as tc
 from tcontact.device import runtime
 from tcontact.results.files.vtkhdf import ResultData, ResultFile
+from tcontact.results.files.vtkhdf_reader import FrameReader
 from tcontact.show.render import render_frames, series, shots
 from tcontact.show.render import studio as studio_module
 from tcontact.show.render.animation import animate, changed
 from tcontact.show.render.png import write_png
 from tcontact.show.render.studio import Studio
-from tcontact.show.render.triangles import Triangles, drawable, union, window
+from tcontact.show.render.triangles import drawable, fronts, union, window
 
 FLOOR = {"kind": "plane", "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
 BALL = {"kind": "sphere", "parameters": [0.4, 1.0], "point": [1.6, 0.5, 0.5], "frame": np.eye(3).tolist()}
@@ -65,8 +66,8 @@ def test_the_animation_has_the_pictures_in_order(tmp_path):
 
 def test_every_frame_is_read_once(tmp_path, monkeypatch):
     data = written(tmp_path / "result.vtkhdf", [FLOOR])
-    read, frame = [], ResultData.frame
-    monkeypatch.setattr(ResultData, "frame", lambda self, index: (read.append(index), frame(self, index))[1])
+    read, frame = [], FrameReader.read
+    monkeypatch.setattr(FrameReader, "read", lambda self, index: (read.append(index), frame(self, index))[1])
     render_frames(data, tmp_path, "von_mises", SIZE, video=False)
     assert sorted(read) == list(range(len(data)))
 
@@ -116,9 +117,11 @@ def test_far_and_broken_triangles_are_not_drawn():
 def test_faces_towards_the_eye_come_first_and_in_their_order():
     turned = np.array([[(0.0, 0.0, 1.0), (0.0, 1.0, 1.0), (1.0, 0.0, 1.0)]] * 4)
     turned[[1, 2]] = turned[[1, 2]][:, [0, 2, 1]]
-    turned[..., 2] = np.arange(4)[:, None]
-    assert Triangles.plain(turned, 0).front_first().screen[:, 0, 2].tolist() == [0.0, 3.0, 1.0, 2.0]
-    assert Triangles.plain(turned, 0).front_first(cull=True).screen[:, 0, 2].tolist() == [0.0, 3.0]
+    points, corners = turned.reshape(-1, 3), np.arange(12).reshape(4, 3)
+    assert fronts(points, corners).tolist() == [0, 3, 1, 2]
+    assert fronts(points, corners, cull=True).tolist() == [0, 3]
+    points[9] = np.nan
+    assert fronts(points, corners).tolist() == [0, 1, 2, 3], "what cannot be placed stands behind"
 
 
 def test_a_place_that_holds_two_forgets_empty_ones():

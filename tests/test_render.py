@@ -17,9 +17,10 @@ from tcontact.results.files.vtkhdf import ResultData, ResultFile
 from tcontact.show import render
 from tcontact.show.render.animation import can_film
 from tcontact.show.render.labels import round_up
+from tcontact.show.render.raster import Raster
 from tcontact.show.render.studio import Studio
 from tcontact.show.render.surface import Clip, boundary_surface, clipped_surface
-from tcontact.show.render.triangles import Triangles, draw
+from tcontact.show.render.triangles import Triangles
 
 PLANE = {"kind": "plane", "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
 
@@ -69,7 +70,7 @@ def _raster(corners, value=None, table=None, size=(40, 30), colours=None):
     colours = np.full(3 * 768, 200, np.float32) if colours is None else colours
     depth, pixel = np.zeros(width * height, np.float32), np.zeros(width * height, np.int32)
     place = slice(0, height), slice(0, width)
-    draw(scene, width, place, 1, 0.0, colours, np.zeros_like(depth), depth, pixel)
+    Raster().draw(scene, width, place, 1, 0.0, colours, np.zeros_like(depth), depth, pixel)
     return depth.reshape(height, width), pixel.reshape(height, width)
 
 
@@ -158,6 +159,27 @@ def test_the_surface_is_what_one_cell_alone_has():
     assert len(two.quads) == 6 * n * n
     assert len(two.triangles) == 12 * n * n
     assert two.owner[: len(two.quads)].max() < len(cells) <= two.owner[len(two.quads) :].min()
+
+
+@pytest.mark.parametrize("kind", ["hex8", "wedge6"])
+def test_faces_cut_in_two_have_the_edges_and_the_area_of_those_around_their_centres(kind):
+    mesh = tc.box_mesh((1.0, 2.0, 3.0), (2, 3, 2), kind=kind)
+    surface = boundary_surface(mesh.blocks)
+    points = surface.spread(mesh.nodes[surface.nodes])
+    found = []
+    for corners, face, edges in ((surface.corners, surface.face, surface.edges), surface.halved):
+        lines = []
+        for bit, (one, other) in enumerate(((1, 2), (2, 0), (0, 1))):  # the edge opposite a corner
+            drawn = (edges >> bit & 1).astype(bool)
+            lines.append(np.column_stack([face[drawn], np.sort(corners[drawn][:, [one, other]], axis=1)]))
+        first, second, third = points[corners].transpose(1, 0, 2)
+        area = np.zeros((len(surface.owner), 3))
+        np.add.at(area, face, 0.5 * np.cross(second - first, third - first))
+        every = np.concatenate(lines)
+        found.append((every[np.lexsort(every.T)], area))
+    np.testing.assert_array_equal(found[1][0], found[0][0])
+    np.testing.assert_allclose(found[1][1], found[0][1], atol=1e-15)
+    assert len(found[0][0]) == 4 * len(surface.quads) + 3 * len(surface.triangles)
 
 
 def test_faces_look_outward():

@@ -206,3 +206,52 @@ def test_the_source_of_a_function_is_that_of_inspect():
         expected, start = inspect.getsourcelines(function)
         assert first == start
         assert "".join(lines).rstrip() == "".join(expected).rstrip(), function
+
+
+def test_assigned_names_are_those_of_the_whole_tree():
+    """All names that are stored to anywhere, or into an item or a part of which something is stored."""
+    some = 0
+    for function in functions():
+        tree = ast.parse(tracing._text(inspect.getsourcelines(function)[0]))
+        names = set()
+        for node in ast.walk(tree):
+            if not isinstance(getattr(node, "ctx", None) or ast.Load(), ast.Load):
+                while isinstance(node, (ast.Subscript, ast.Attribute)):
+                    node = node.value
+                names |= {node.id} if isinstance(node, ast.Name) else set()
+        assert tracing._assigned(tree) == names, function
+        some += len(names)
+    assert some > 1000
+
+
+def test_this_taichi_is_traced_quickly():
+    """Where a name that is replaced is missing, all stays slow without a word."""
+    impl, expr = ti.lang.kernel_impl, ti.lang.expr
+    replaced = [impl._process_args, expr.make_constant_expr, ti.lang.ast.ast_transformer.ASTTransformer.build_BinOp]
+    assert {function.__module__ for function in replaced} == {tracing.__name__}
+
+
+@ti.kernel
+def numbers(values: ti.types.ndarray(ti.f64, 1), whole: ti.types.ndarray(ti.i32, 1)):
+    for _ in range(1):
+        values[0], values[1], values[2] = 1e-300, -0.1, 3
+        values[3] = (7.0 - 2.0) / 4 + 0.5 * 3 - 2.0**3
+        whole[0], whole[1] = 2147483647, -2147483648
+        whole[2] = (17 // 5) * 10 + 17 % 5 + (1 << 4) + (6 & 3) + (6 | 1) - (5 ^ 1)
+        whole[3] = 3 if True else 4
+
+
+@ti.kernel
+def too_large(whole: ti.types.ndarray(ti.i32, 1)):
+    for _ in range(1):
+        whole[0] = 2147483648
+
+
+def test_numbers_and_operators_mean_what_they_mean_in_python():
+    values, whole = np.zeros(4), np.zeros(4, np.int32)
+    numbers(values, whole)
+    assert values.tolist() == [1e-300, -0.1, 3.0, (7.0 - 2.0) / 4 + 0.5 * 3 - 2.0**3]
+    expected = (17 // 5) * 10 + 17 % 5 + (1 << 4) + (6 & 3) + (6 | 1) - (5 ^ 1)
+    assert whole.tolist() == [2147483647, -2147483648, expected, 3]
+    with pytest.raises(ti.TaichiTypeError, match="exceeded the range"):
+        too_large(whole)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
+
 import numpy as np
 import pytest
 from series import HEXES, POINTS, TETS, TIMES, fields, written
 
 from tcontact.results.exporting import export
-from tcontact.results.files.vtkhdf import ResultData
+from tcontact.results.files.vtkhdf import ResultData, ResultFile
 
 hdf = pytest.importorskip("vtkmodules.vtkIOHDF", exc_type=ImportError)
 model = pytest.importorskip("vtkmodules.vtkCommonExecutionModel", exc_type=ImportError)
@@ -51,18 +53,23 @@ def test_vtk_reads_steps_times_and_fields_of_a_result_exactly(path):
         assert reader.GetOutputDataObject(0).GetInformation().Get(common.vtkDataObject.DATA_TIME_STEP()) == TIMES[index]
 
 
-def test_vtk_reads_a_file_whose_run_was_killed(path):
-    """What a kill may leave: the next frame's fields without its time."""
+def test_vtk_reads_a_file_whose_run_was_killed(path, tmp_path):
+    """What a kill may leave: the next frame's fields without its time; places of frames that are not there yet."""
     import h5py
 
-    with h5py.File(path, "a") as file:
+    with ResultFile.reopen(path, len(TIMES) - 1) as file:
+        file.append(TIMES[-1], *fields(len(TIMES) - 1))
+        shutil.copy(path, tmp_path / "killed.vtkhdf")
+    with h5py.File(tmp_path / "killed.vtkhdf", "a") as file:
         steps = file["VTKHDF/Steps"]
+        assert len(steps["NumberOfParts"]) > len(TIMES)
         steps["Values"].resize(len(TIMES) - 1, axis=0)
     reader = hdf.vtkHDFReader()
-    reader.SetFileName(str(path))
-    reader.SetStep(2)
-    reader.Update()
-    check(reader.GetOutputDataObject(0), 2)
+    reader.SetFileName(str(tmp_path / "killed.vtkhdf"))
+    for index in (2, 3):
+        reader.SetStep(index)
+        reader.Update()
+        check(reader.GetOutputDataObject(0), index)
 
 
 def test_vtk_reads_an_exported_series_exactly(path, tmp_path):

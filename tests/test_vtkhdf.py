@@ -117,6 +117,26 @@ def test_a_killed_run_keeps_its_frames(tmp_path):
     file.close()
 
 
+def test_places_of_many_frames_are_written_ahead_and_end_with_the_frames(tmp_path):
+    """More frames than one write has places for; some are dropped and written again, a part of them together."""
+    path, body = tmp_path / "r.vtkhdf", np.array([0, 0, 1, 1, 1])
+    _written(path, frames=70, static_cell_data={"body": body}).close()
+    with ResultFile.reopen(path, 62) as file:
+        for index in range(62, 131):
+            file.append(0.25 * index, *_fields(index), commit=index % 3 == 0)
+            assert file.kept == (62 if index < 63 else index // 3 * 3 + 1)
+    data = ResultData.open(path)
+    assert len(data) == 131
+    for index in range(131):
+        _same(data, index)
+    with h5py.File(path) as file:
+        steps = file["VTKHDF/Steps"]
+        np.testing.assert_array_equal(steps["NumberOfParts"], np.ones(131))
+        np.testing.assert_array_equal(steps["PointDataOffsets/displacement"], POINTS * np.arange(131))
+        np.testing.assert_array_equal(steps["CellDataOffsets/body"], np.zeros(131))
+        assert [steps[name].shape[0] for name in ("PartOffsets", "CellOffsets", "Values")] == [131] * 3
+
+
 def test_an_unfinished_frame_does_not_count(tmp_path, monkeypatch):
     """After every stage there are at least as many steps as times (else VTK's reader crashes); all frames are whole.
 

@@ -8,6 +8,8 @@ belongs to exactly one of its triangles. One thread owns a band of rows and take
 the first one stays, whatever the number of threads.
 """
 
+from functools import cache
+
 from ..engine import ti
 from ..lanes import GRAIN
 from ..language.arguments import ARRAY, INDEX
@@ -184,63 +186,67 @@ def draw_triangles(
                                 pixel_out[here] = code
 
 
-@ti.kernel
-def resolve(
-    width: ti.i32,
-    factor: ti.template(),
-    ground: ti.i32,
-    top: ti.i32,
-    left: ti.i32,
-    rows: ti.i32,
-    columns: ti.i32,
-    pixel: INDEX,
-    pixel_behind: INDEX,
-    background: Single,
-    dark: ti.f64,
-    shadow: Byte,
-    image_out: Byte,
-):
-    """Average factor x factor samples to one pixel, in a window of the picture, where anything was drawn or falls.
+@cache
+def make_resolve(factor: int):
+    """Return the kernel that makes a picture of factor x factor samples a pixel."""
 
-    in: width of the picture [pixel]; samples per pixel along one axis; number of the first colour table that takes
-    shadows (all above do); first row and column, rows and columns of the window [pixel]; pixel
-    [height factor * width factor] from `draw_triangles`, and pixel_behind, which is seen where pixel is 0; background
-    [3 height], a colour for each row; dark: what a full shadow takes away from a colour (0..1); shadow [height * width]
-    0..255.
-    out: image_out [height * width * 3] red, green, blue; pixels without samples and shadow stay.
-    """
-    for index in range(rows * GRAIN):  # a thread takes whole rows
-        if index % GRAIN == 0:
-            row = top + index // GRAIN
-            for col in range(left, left + columns):
-                codes = ti.Vector.zero(ti.i32, factor * factor)
-                same, drawn = True, 0
-                for i, j in ti.static(ti.ndrange(factor, factor)):
-                    codes[i * factor + j] = pixel[(row * factor + i) * width * factor + col * factor + j]
-                    same = same and codes[i * factor + j] == codes[0]
-                    drawn |= codes[i * factor + j]
-                out = 3 * (row * width + col)
-                if same and codes[0] != 0 and (codes[0] >> 24) <= ground:
-                    image_out[out] = ti.cast((codes[0] >> 16) & 255, ti.u8)
-                    image_out[out + 1] = ti.cast((codes[0] >> 8) & 255, ti.u8)
-                    image_out[out + 2] = ti.cast(codes[0] & 255, ti.u8)
-                elif drawn != 0 or shadow[row * width + col] != 0:
-                    shade = 1.0 - dark / 255.0 * shadow[row * width + col]
-                    red, green, blue = 0.0, 0.0, 0.0
+    @ti.kernel
+    def resolve(
+        width: ti.i32,
+        ground: ti.i32,
+        top: ti.i32,
+        left: ti.i32,
+        rows: ti.i32,
+        columns: ti.i32,
+        pixel: INDEX,
+        pixel_behind: INDEX,
+        background: Single,
+        dark: ti.f64,
+        shadow: Byte,
+        image_out: Byte,
+    ):
+        """Average factor x factor samples to one pixel, in a window of the picture, where anything was drawn or falls.
+
+        in: width of the picture [pixel]; number of the first colour table that takes shadows (all above do); first row
+        and column, rows and columns of the window [pixel]; pixel [height factor * width factor] from `draw_triangles`,
+        and pixel_behind, which is seen where pixel is 0; background [3 height], a colour for each row; dark: what a
+        full shadow takes away from a colour (0..1); shadow [height * width] 0..255.
+        out: image_out [height * width * 3] red, green, blue; pixels without samples and shadow stay.
+        """
+        for index in range(rows * GRAIN):  # a thread takes whole rows
+            if index % GRAIN == 0:
+                row = top + index // GRAIN
+                for col in range(left, left + columns):
+                    codes = ti.Vector.zero(ti.i32, factor * factor)
+                    same, drawn = True, 0
                     for i, j in ti.static(ti.ndrange(factor, factor)):
-                        code = codes[i * factor + j]
-                        if code == 0:
-                            code = pixel_behind[(row * factor + i) * width * factor + col * factor + j]
-                        if code == 0:
-                            red += background[3 * row]
-                            green += background[3 * row + 1]
-                            blue += background[3 * row + 2]
-                        else:
-                            dim = ti.select((code >> 24) > ground, shade, 1.0)
-                            red += dim * ((code >> 16) & 255)
-                            green += dim * ((code >> 8) & 255)
-                            blue += dim * (code & 255)
-                    share = 1.0 / (factor * factor)
-                    image_out[out] = ti.cast(red * share + 0.5, ti.u8)
-                    image_out[out + 1] = ti.cast(green * share + 0.5, ti.u8)
-                    image_out[out + 2] = ti.cast(blue * share + 0.5, ti.u8)
+                        codes[i * factor + j] = pixel[(row * factor + i) * width * factor + col * factor + j]
+                        same = same and codes[i * factor + j] == codes[0]
+                        drawn |= codes[i * factor + j]
+                    out = 3 * (row * width + col)
+                    if same and codes[0] != 0 and (codes[0] >> 24) <= ground:
+                        image_out[out] = ti.cast((codes[0] >> 16) & 255, ti.u8)
+                        image_out[out + 1] = ti.cast((codes[0] >> 8) & 255, ti.u8)
+                        image_out[out + 2] = ti.cast(codes[0] & 255, ti.u8)
+                    elif drawn != 0 or shadow[row * width + col] != 0:
+                        shade = 1.0 - dark / 255.0 * shadow[row * width + col]
+                        red, green, blue = 0.0, 0.0, 0.0
+                        for i, j in ti.static(ti.ndrange(factor, factor)):
+                            code = codes[i * factor + j]
+                            if code == 0:
+                                code = pixel_behind[(row * factor + i) * width * factor + col * factor + j]
+                            if code == 0:
+                                red += background[3 * row]
+                                green += background[3 * row + 1]
+                                blue += background[3 * row + 2]
+                            else:
+                                dim = ti.select((code >> 24) > ground, shade, 1.0)
+                                red += dim * ((code >> 16) & 255)
+                                green += dim * ((code >> 8) & 255)
+                                blue += dim * (code & 255)
+                        share = 1.0 / (factor * factor)
+                        image_out[out] = ti.cast(red * share + 0.5, ti.u8)
+                        image_out[out + 1] = ti.cast(green * share + 0.5, ti.u8)
+                        image_out[out + 2] = ti.cast(blue * share + 0.5, ti.u8)
+
+    return resolve

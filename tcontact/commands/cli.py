@@ -12,6 +12,7 @@ import logging
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 
 from ..base import stages
 from ..base.errors import InputError, OutputError
@@ -19,18 +20,28 @@ from ..base.version import __version__
 from ..device import ranks, runtime
 from ..device.last_words import told
 from ..run.interrupts import Terminated, terminations
-from . import bench, doctor, export, info, listing, numbers, render, report_page, run, study
-from . import resuming as resume
 from .streams import safe_output
 from .ticker import ticking
 
 TICKING = ("run", "resume", "render", "report")  # commands that tell what they are doing
-OBJECTS = 50_000  # new ones between two looks for garbage
-COMMANDS = (listing, run, resume, study, info, render, report_page, export, bench, numbers, doctor)
+OBJECTS = 300_000  # new ones between two looks for garbage
+COMMANDS = {  # the module of each
+    "list": "listing",
+    "run": "run",
+    "resume": "resuming",
+    "study": "study",
+    "info": "info",
+    "render": "render",
+    "report": "report_page",
+    "export": "export",
+    "bench": "bench",
+    "numbers": "numbers",
+    "doctor": "doctor",
+}
 
 
-def parser() -> argparse.ArgumentParser:
-    """Return the parser of all commands."""
+def parser(command: str | None = None) -> argparse.ArgumentParser:
+    """Return the parser of all commands, or of one: the others are not imported then."""
     top = argparse.ArgumentParser(
         prog="tcontact",
         description="Dynamic contact and impact of deformable solids.",
@@ -38,15 +49,15 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action="version", version=f"tcontact {__version__}")
     subparsers = top.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
-    for command in COMMANDS:
-        command.add(subparsers)
+    for module in COMMANDS.values() if command is None else (COMMANDS[command],):
+        import_module(f".{module}", __package__).add(subparsers)
     top.set_defaults(main=main)
     return top
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; argv: the arguments, None = those of the process."""
-    with safe_output() as output, rare_collections():
+    with safe_output() as output, rare_collections(last=argv is None):
         code = _run(argv)
         output.flush()
         if output.error is not None:
@@ -56,10 +67,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 @contextmanager
-def rare_collections() -> Iterator[None]:
+def rare_collections(last: bool = False) -> Iterator[None]:
     """Let Python look for cyclic garbage rarely: tracing and imports make many objects that stay, and little of it.
 
-    What is left when the process ends is not looked through: its memory goes with the process.
+    last: the process ends with the command, and another look would only delay it: what is left goes with the process.
     """
     before = gc.get_threshold()
     gc.set_threshold(max(before[0], OBJECTS) if before[0] else 0, *before[1:])
@@ -68,7 +79,8 @@ def rare_collections() -> Iterator[None]:
     try:
         yield
     finally:
-        gc.set_threshold(*before)
+        if not last:
+            gc.set_threshold(*before)
 
 
 def _leave() -> None:
@@ -80,7 +92,8 @@ def _leave() -> None:
 def _run(argv: Sequence[str] | None) -> int:
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it warns of a home folder that takes no files
     try:
-        arguments = parser().parse_args(argv)
+        words = sys.argv[1:] if argv is None else argv
+        arguments = parser(words[0] if words and words[0] in COMMANDS else None).parse_args(argv)
     except SystemExit as stop:  # argparse: 0 for --help, 2 for bad usage
         return int(stop.code or 0)
     try:

@@ -14,6 +14,7 @@ from ..results.files.vtkhdf import ResultData
 from ..results.stored import StoredResult, read_summary
 from ..show import plots, views
 from . import origins
+from .quick_import import load_matplotlib
 from .run_scene import is_scene
 
 
@@ -24,6 +25,7 @@ def draw(out: Path, result: Any, case: Any, normals: list[Any], caption: str, si
     size: of the box around all bodies [m], corner to corner.
     """
     stages.say("drawing curves")
+    load_matplotlib()
     known = case.curves(result) if hasattr(case, "curves") else None
     if np.isfinite(result.history["gap_min"]).any():
         plots.contact_force(out / "contact-force.png", result.history, normals, known, caption, size)

@@ -1,11 +1,12 @@
 """Speed up the tracing of kernels: Taichi repeats work for every node of the source and every call of a function.
 
 For every node it makes an excerpt of the source for error messages, for every call of a `ti.func` it reads, parses and
-re-wraps the source of that function, and for every definition it reads the source around it to learn whether that is a
-class. It also copies each argument of a `ti.func` into a new variable, which its compiler has to remove again: here an
-argument that is a variable already is passed as it is, unless the function assigns to it; only to functions of this
-package, since those of others may change an argument in other ways. All this takes more than half of the time to the
-first step. The names replaced here are internal to Taichi: where one is missing, tracing stays slow.
+re-wraps the source of that function, for every number it asks NumPy for the limits of its type, and for every
+definition it reads the source around it to learn whether that is a class. It also copies each argument of a `ti.func`
+into a new variable, which its compiler has to remove again: here an argument that is a variable already is passed as it
+is, unless the function assigns to it; only to functions of this package, since those of others may change an argument
+in other ways. All this takes more than half of the time to the first step. The names replaced here are internal to
+Taichi: where one is missing, tracing stays slow.
 Errors in kernels then name file, line and function without the excerpt.
 """
 
@@ -15,6 +16,7 @@ import ast
 import functools
 import inspect
 import linecache
+import operator
 import sys
 import textwrap
 from collections import defaultdict
@@ -83,6 +85,10 @@ def quicken() -> None:
         arguments = _Arguments(impl, kernel_impl, lines, trees)
         builder: Any = ast_transformer_utils.Builder
         build = _quick_build(builder.__call__)
+        expr = ti.lang.expr
+        transformer: Any = ti.lang.ast.ast_transformer.ASTTransformer
+        binary = _quick_binary(transformer.build_BinOp)
+        constant = _quick_constant(expr.make_constant_expr, expr.Expr, expr._ti_core, impl, ti)
     except (ImportError, AttributeError):
         return
     kernel_impl.Kernel.materialize = _told(kernel_impl.Kernel.materialize)
@@ -90,12 +96,14 @@ def quicken() -> None:
     kernel_impl.getsourcelines = lines
     kernel_impl.getsourcefile = functools.cache(file)
     kernel_impl._inside_class = _inside_class
-    kernel_impl.textwrap = SimpleNamespace(fill=_line, dedent=textwrap.dedent)
+    kernel_impl.textwrap = SimpleNamespace(fill=_line, dedent=_dedented)
     kernel_impl.ast = SimpleNamespace(**(vars(kernel_impl.ast) | {"parse": trees.parse}))
     kernel_impl.transform_tree = trees.transform
     impl.expr_init, impl.expr_init_func = arguments.variable, arguments.parameter
     kernel_impl._process_args = arguments.process
     builder.__call__ = build
+    expr.make_constant_expr = constant
+    transformer.build_BinOp = staticmethod(binary)
 
 
 def _place(context: Any, node: Any) -> str:
@@ -108,7 +116,10 @@ def _inside_class(level_of_class_stackframe: int) -> bool:
 
 def _text(lines: list[str]) -> str:
     """Return the source of a function as Taichi puts it together."""
-    return textwrap.dedent("\n".join(_line(line) for line in lines))
+    return _dedented("\n".join([_line(line) for line in lines]))
+
+
+_dedented = functools.cache(textwrap.dedent)  # once for every function, not for every call of it
 
 
 def _line(line: str, tabsize: int = 4, **_options: Any) -> str:
@@ -243,15 +254,65 @@ def _is_own(function: Any) -> bool:
 
 def _assigned(tree: ast.AST) -> set[str]:
     """Return the names that a source assigns to, wholly or in part."""
-    names = set()
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.Name, ast.Subscript, ast.Attribute)) and not isinstance(node.ctx, ast.Load):
-            root: Any = node
-            while isinstance(root, (ast.Subscript, ast.Attribute)):
+    names, left = set(), [tree]
+    while left:
+        node: Any = left.pop()
+        kind = type(node)
+        if kind in PARTS and type(node.ctx) is not ast.Load:
+            root = node
+            while type(root) in (ast.Subscript, ast.Attribute):
                 root = root.value
-            if isinstance(root, ast.Name):
+            if type(root) is ast.Name:
                 names.add(root.id)
+        if kind is ast.Name or kind is ast.Constant:
+            continue
+        for field in kind._fields:
+            part = getattr(node, field, None)
+            if type(part) is list:
+                left += [one for one in part if isinstance(one, ast.AST)]
+            elif isinstance(part, ast.AST):
+                left.append(part)
     return names
+
+
+PARTS = (ast.Name, ast.Subscript, ast.Attribute)
+
+
+def _quick_constant(slow: Any, expression: Any, core: Any, impl: Any, ti: Any) -> Any:
+    """Return the function that makes an expression of a number, quickly for plain ones of the default kinds."""
+    low, high = -(2**31), 2**31
+
+    def constant(value: Any, dtype: Any) -> Any:
+        kind = type(value)
+        if dtype is None and kind is int and low <= value < high and impl.get_runtime().default_ip == ti.i32:
+            return expression(core.make_const_expr_int(ti.i32, value))
+        if dtype is None and kind is float and impl.get_runtime().default_fp == ti.f64:
+            return expression(core.make_const_expr_fp(ti.f64, value))
+        return slow(value, dtype)
+
+    return constant
+
+
+def _quick_binary(slow: Any) -> Any:
+    """Return the function that traces an operation of two values, with one table of the operators for all."""
+    operators: dict[type, Any] = {
+        ast.Add: operator.add,
+        ast.Sub: operator.sub,
+        ast.Mult: operator.mul,
+        ast.Div: operator.truediv,
+    }
+
+    def binary(context: Any, node: Any) -> Any:
+        chosen = operators.get(type(node.op))
+        if chosen is None:
+            return slow(context, node)
+        build = slow.__globals__["build_stmt"]
+        build(context, node.left)
+        build(context, node.right)
+        node.ptr = chosen(node.left.ptr, node.right.ptr)
+        return node.ptr
+
+    return binary
 
 
 def _quick_build(slow: Any) -> Any:

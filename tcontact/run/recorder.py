@@ -210,7 +210,7 @@ class Recorder:
 
     def _unwritten_frame(self, error: OSError) -> OutputError:
         """Return the error for the first frame that is not in the file, and forget it and those after it."""
-        kept = self.file.kept if isinstance(self.file, FrameProcess) else len(self.times) - 2
+        kept = self.file.kept
         lost = self.times[kept + 1 :]
         del self.times[kept + 1 :]
         what = f"the frame at t = {lost[0]:.6g} s" if lost else "what follows the last frame"

@@ -30,6 +30,7 @@ __all__ = ["Frame", "ResultData", "ResultFile"]
 
 VERSION = (2, 0)  # the first VTKHDF version with time steps: every later reader accepts it
 _STEP_ROWS = 512  # rows in a chunk of the per-step arrays
+_STEPS_AHEAD = 63  # frames whose places are written before they are there: one write for all
 _STORED_ROWS = 2**16  # rows at most in a chunk of what is stored as a whole
 _LIBRARY = ("v108", "v108")  # metadata with checksums, yet without the "still open" mark that blocks readers
 _STATIC_OFFSETS = {"PartOffsets": (), "PointOffsets": (), "CellOffsets": (1,), "ConnectivityIdOffsets": (1,)}
@@ -38,7 +39,7 @@ Blocks = Sequence[tuple[str, np.ndarray]]
 
 
 class ResultFile:
-    """Writer of a result file. Each `append` leaves a complete file on disk, so a killed run keeps its frames.
+    """Writer of a result file. Each commit leaves a complete file on disk, so a killed run keeps its frames.
 
     Use as a context manager or call `close`. What cannot be written raises `OSError`; the file on disk then stays as
     it was before the call, and nothing more is written.
@@ -61,6 +62,9 @@ class ResultFile:
         }
         self._checks = _Column(file["tcontact"], "frames", np.uint32, (), _STEP_ROWS)
         self._frames = 0
+        self.kept = 0  # frames that are on disk
+        self._ahead = 0  # frames whose places are known, as the same number follows for each
+        self._new: list[tuple[float, int]] = []  # time [s] and checksum of frames that nothing counts yet
 
     @classmethod
     def create(
@@ -172,7 +176,7 @@ class ResultFile:
         for (group, _), column in result._fields.items():
             column.cut(frames * result._rows[group])
         root["Steps"].attrs.modify("NSteps", np.int64(frames))
-        result._frames = frames
+        result._frames = result.kept = result._ahead = frames
         for name in list(file["tcontact/history"]):
             del file["tcontact/history"][name]
         result._write_first(attributes)
@@ -204,23 +208,42 @@ class ResultFile:
                 self._fields[key] = _Column(root[group], name, array.dtype, array.shape[1:], self._rows[group])
                 self._field_offsets[key] = _Column(root["Steps"][f"{group}Offsets"], name, np.int64, (), _STEP_ROWS)
             self._fields[key].append(array)
-            self._field_offsets[key].append(np.int64(self._frames * self._rows[group]))
-        for key in self._static:
-            self._field_offsets[key].append(np.int64(0))
-        for column in self._offsets.values():
-            column.append(np.int64(0))
-        self._parts.append(np.int64(1))
         named = {f"{group}/{name}": array for (group, name), array in arrays.items()}
-        self._checks.append(np.uint32(checksum(f"{self._frames} {float(time)!r}", named)))
-        self._stage()  # the frame is on disk before anything counts it
+        self._new.append((float(time), checksum(f"{self._frames} {float(time)!r}", named)))
         self._frames += 1
-        self._file["VTKHDF/Steps"].attrs.modify("NSteps", np.int64(self._frames))
-        self._stage()  # VTK's reader crashes on more times than steps, so that no kill may leave them
-        self._values.append(np.float64(time))
         if commit:
             self.commit()
-        else:
-            self._stage()
+
+    def _number(self, count: int) -> None:
+        """Write where the fields of the first `count` frames start, also of those that are not there yet."""
+        numbers = np.arange(self._ahead, count)
+        for key, column in self._field_offsets.items():
+            column.append(numbers * (0 if key in self._static else self._rows[key[0]]))
+        for name, column in self._offsets.items():
+            column.append(np.zeros((len(numbers), *_STATIC_OFFSETS[name])))
+        self._parts.append(np.ones(len(numbers)))
+        self._ahead = count
+
+    def _cut_ahead(self) -> None:
+        """Leave of what `_number` wrote what belongs to frames."""
+        if self._ahead > self._frames:
+            for column in (self._parts, *self._offsets.values(), *self._field_offsets.values()):
+                column.cut(self._frames)
+            self._ahead = self._frames
+
+    def _count_new(self) -> None:
+        """Let the file count the frames since the last commit: their numbers follow them, the times come last."""
+        if not self._new:
+            return
+        if self._frames > self._ahead:
+            self._number(self._frames + _STEPS_AHEAD)
+        times, checks = zip(*self._new, strict=True)
+        self._checks.append(np.array(checks))
+        self._stage()  # the frames are on disk before anything counts them
+        self._file["VTKHDF/Steps"].attrs.modify("NSteps", np.int64(self._frames))
+        self._stage()  # VTK's reader crashes on more times than steps, so that no kill may leave them
+        self._values.append(np.array(times))
+        self._new = []
 
     def write_history(self, history: Mapping[str, np.ndarray]) -> None:
         """Store per-step arrays [steps] or [steps,k] in `/tcontact/history`, in place of what was there."""
@@ -250,6 +273,8 @@ class ResultFile:
 
     def sync(self) -> None:
         """Wait until the device holds all that was written so far."""
+        if self._new:
+            self.commit()
         self._disk.sync()
 
     def close(self) -> None:
@@ -259,6 +284,8 @@ class ResultFile:
         failed = self._disk.failed is not None
         try:
             with suppress(Exception) if failed else nullcontext():  # nothing that it does reaches the disk any more
+                self._count_new()
+                self._cut_ahead()
                 self._file.close()
             if not failed:
                 self._disk.commit()
@@ -272,8 +299,10 @@ class ResultFile:
 
     def commit(self) -> None:
         """Bring everything to disk, or nothing. Raises `OSError`."""
+        self._count_new()
         self._file.flush()
         self._disk.commit()
+        self.kept = self._frames
 
     def __len__(self) -> int:
         return self._frames

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
@@ -92,49 +92,32 @@ class ResultData:
         """Return frame `index` (negative: from the end); raises `InputError` outside the series or for damaged data."""
         if not -len(self) <= index < len(self):
             raise InputError("frame", index, f"the file holds {len(self)} frames, numbered from 0")
-        index %= len(self)
+        with self.opened() as read:
+            return read(index % len(self))
+
+    @contextmanager
+    def opened(self) -> Iterator[Callable[[int], Frame]]:
+        """Yield what reads a frame by its number from 0, as `frame` does: the file is opened once for many."""
         with _opened(self.path) as file:
             try:
-                return self._frame(file, index)
+                reader = FrameReader(self, file)
             except DAMAGED as error:
-                raise InputError("path", str(self.path), self._damaged(file, index, error)) from error
+                raise InputError("path", str(self.path), f"no frame is whole ({error}); run again") from error
 
-    def _frame(self, file: h5py.File, index: int) -> Frame:
-        """Return a frame as it stands in the file. Raises one of `DAMAGED`."""
-        parts = [
-            {name: self._field(file["VTKHDF"], group, name, index, rows) for name in names}
-            for group, names, rows in (
-                ("PointData", self.point_fields, len(self.points)),
-                ("CellData", self.cell_fields, self.cells),
-            )
-        ]
-        if self.format > 1:
-            self._check(file, index, parts)
-        return Frame(float(self.times[index]), *parts)
+            def read(index: int) -> Frame:
+                try:
+                    return reader.read(index)
+                except DAMAGED as error:
+                    raise InputError("path", str(self.path), self._damaged(reader, index, error)) from error
 
-    def _field(self, root: h5py.Group, group: str, name: str, index: int, rows: int) -> np.ndarray:
-        dataset = root[group][name]
-        if dataset.maxshape[0] is not None:
-            return stored(dataset, self.format)  # all frames have the same
-        return _rows(root, dataset, group, name, index, rows)
+            yield read
 
-    def _check(self, file: h5py.File, index: int, parts: list[dict[str, np.ndarray]]) -> None:
-        """Raise `ValueError` if the fields of a frame are not those that were written."""
-        moving = {
-            f"{group}/{name}": array
-            for group, part in zip(("PointData", "CellData"), parts, strict=True)
-            for name, array in part.items()
-            if file["VTKHDF"][group][name].maxshape[0] is None
-        }
-        if checksum(f"{index} {float(self.times[index])!r}", moving) != int(file["tcontact/frames"][index]):
-            raise ValueError("it is not what was written: its checksum is another one")
-
-    def _damaged(self, file: h5py.File, index: int, error: Exception) -> str:
+    def _damaged(self, reader: FrameReader, index: int, error: Exception) -> str:
         """Return what is said of a frame that cannot be read: also which of the others can."""
         spans: list[list[int]] = []
         for other in range(len(self)):
             try:
-                self._frame(file, other)
+                reader.read(other)
             except DAMAGED:
                 continue
             if spans and spans[-1][1] == other - 1:
@@ -161,6 +144,36 @@ class ResultData:
             except DAMAGED as error:
                 remedy = f"the history is damaged ({error}); the frames may be whole: read them, or run again"
                 raise InputError("path", str(self.path), remedy) from error
+
+
+class FrameReader:
+    """Reads the frames of an open file. What is damaged raises one of `DAMAGED`."""
+
+    def __init__(self, data: ResultData, file: h5py.File) -> None:
+        self._data, root = data, file["VTKHDF"]
+        self._checks = file["tcontact/frames"] if data.format > 1 else None
+        self._fields: dict[str, dict[str, tuple[h5py.Dataset, h5py.Dataset | None]]] = {}
+        for group, names in (("PointData", data.point_fields), ("CellData", data.cell_fields)):
+            arrays = {name: root[group][name] for name in names}
+            moving = {name: array.maxshape[0] is None for name, array in arrays.items()}
+            places = {name: root[f"Steps/{group}Offsets/{name}"] if moving[name] else None for name in names}
+            self._fields[group] = {name: (arrays[name], places[name]) for name in names}
+
+    def read(self, index: int) -> Frame:
+        """Return a frame as it was written."""
+        rows = {"PointData": len(self._data.points), "CellData": self._data.cells}
+        parts: dict[str, dict[str, np.ndarray]] = {group: {} for group in rows}
+        moving: dict[str, np.ndarray] = {}
+        for group, fields in self._fields.items():
+            for name, (array, place) in fields.items():
+                if place is None:  # all frames have the same
+                    parts[group][name] = stored(array, self._data.format)
+                else:
+                    parts[group][name] = moving[f"{group}/{name}"] = _rows(array, int(place[index]), name, rows[group])
+        time = float(self._data.times[index])
+        if self._checks is not None and checksum(f"{index} {time!r}", moving) != int(self._checks[index]):
+            raise ValueError("it is not what was written: its checksum is another one")
+        return Frame(time, parts["PointData"], parts["CellData"])
 
 
 def checksum(label: str, arrays: Mapping[str, np.ndarray]) -> int:
@@ -203,12 +216,12 @@ def _blocks(types: np.ndarray, offsets: np.ndarray, connectivity: np.ndarray) ->
     return blocks
 
 
-def _rows(root: h5py.Group, dataset: h5py.Dataset, group: str, name: str, index: int, rows: int) -> np.ndarray:
-    first = int(root[f"Steps/{group}Offsets/{name}"][index])
-    array = dataset[first : first + rows]
-    if len(array) != rows:
+def _rows(array: h5py.Dataset, first: int, name: str, rows: int) -> np.ndarray:
+    """Return the rows of a frame, of which the first one is given."""
+    found = array[first : first + rows]
+    if len(found) != rows:
         raise ValueError(f"field {name} ends early")
-    return array
+    return np.asarray(found)
 
 
 @contextmanager

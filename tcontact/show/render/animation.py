@@ -100,8 +100,9 @@ def film(path: Path, fps: float, size: tuple[int, int]) -> Iterator[Callable[[np
         quality=None,
         macro_block_size=2,
         ffmpeg_log_level="error",
-        # as true to the pictures as veryfast at 10, in half the time and twice the room
-        output_params=["-preset", "ultrafast", "-crf", "13"],
+        # As true to the pictures as veryfast at crf 10, in half the time and twice the room; one quality for all frames
+        # saves a sixth against crf 13, which is as true and as long.
+        output_params=["-preset", "ultrafast", "-qp", "9", "-threads", "1"],
     )
     writer.send(None)
     try:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import builtins
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ import numpy as np
 from ...base import stages, validate
 from ...base.errors import InputError
 from ...device.atomic_file import refuse_link, unlinked
-from ...results.files.vtkhdf import ResultData
+from ...results.files.vtkhdf import Frame, ResultData
 from .animation import animate, can_film, common_palette, film
 from .camera import Camera, Eye
 from .colours import colour_map
@@ -71,37 +70,54 @@ def render_frames(
     if video is not None and validate.flag("video", video) and not can_film():
         raise InputError("video", video, "needs the package imageio-ffmpeg: pip install imageio-ffmpeg")
     field = usual_field(data) if field is None else field
-    studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
-    stages.say("drawing")
-    eye = _eye(studio, view, camera)
-    folder = out / "frames"
-    with written_to(out):
-        refuse_link(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        written = [folder / f"frame-{index:04d}.png" for index in builtins.range(len(data))]
-        speed = fps or min(25.0, max(4.0, len(data) / 6))
+    with data.opened() as read:
+        studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours, read)
+        stages.say("drawing")
+        eye = _eye(studio, view, camera)
         filmed = animation and (can_film() if video is None else video)
-        with (
-            film(out / "animation.mp4", speed, studio.size) if filmed else nullcontext() as shoot,
-            Shots(studio, field, limits, eye, written) as shots,
-        ):
-            pictures = shots.all(shoot)
-            if animation:
-                palette = common_palette(shots.sample(8), colour_map(field, colours))
-                animate(pictures, palette, out / "animation.gif", speed)
-            for _ in pictures:
-                pass
-        for stale in set(folder.glob("frame-[0-9]*.png")) - set(written):
-            stale.unlink()  # it belongs to an earlier, longer series
+        with written_to(out):
+            written = _written(studio, field, limits, eye, out, fps, animation, filmed)
+            if studio.names and field != "body":
+                path = out / "bodies.png"
+                studio.picture(studio.frame(0), "body", studio.limits("body"), eye).save(unlinked(path))
+                written.append(path)
+            if clip:
+                return written  # an opened body has no whole contact face
+            known = limits if field == "contact_pressure" else None
+            return written + studio.contact_face(out / "contact-face.png", known)
+
+
+def _written(
+    studio: Studio,
+    field: str,
+    limits: tuple[float, float],
+    eye: Eye,
+    out: Path,
+    fps: float | None,
+    animation: bool,
+    filmed: bool,
+) -> list[Path]:
+    """Draw all frames into pictures and, if wanted, animation and film; return their files."""
+    folder, count = out / "frames", len(studio.data)
+    refuse_link(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    written = [folder / f"frame-{index:04d}.png" for index in range(count)]
+    speed = fps or min(25.0, max(4.0, count / 6))
+    with (
+        film(out / "animation.mp4", speed, studio.size) if filmed else nullcontext() as shoot,
+        Shots(studio, field, limits, eye, written) as shots,
+    ):
+        pictures = shots.all(shoot)
         if animation:
-            written += [out / "animation.gif", *([out / "animation.mp4"] if filmed else [])]
-        if studio.names and field != "body":
-            path = out / "bodies.png"
-            studio.picture(studio.frame(0), "body", studio.limits("body"), eye).save(unlinked(path))
-            written.append(path)
-        if clip:
-            return written  # an opened body has no whole contact face
-        return written + studio.contact_face(out / "contact-face.png", limits if field == "contact_pressure" else None)
+            palette = common_palette(shots.sample(8), colour_map(field, studio.wish))
+            animate(pictures, palette, out / "animation.gif", speed)
+        for _ in pictures:
+            pass
+    for stale in set(folder.glob("frame-[0-9]*.png")) - set(written):
+        stale.unlink()  # it belongs to an earlier, longer series
+    if animation:
+        written += [out / "animation.gif", *([out / "animation.mp4"] if filmed else [])]
+    return written
 
 
 def usual_field(data: Any, wanted: str = "contact_pressure") -> str:
@@ -189,6 +205,7 @@ def _opened(
     title: str | None,
     clip: Sequence[Clip],
     colours: str | None,
+    read: Callable[[int], Frame] | None = None,
 ) -> tuple[Studio, tuple[float, float]]:
     """Return a studio for these wishes and the ends of the colours. Raises `InputError` for what cannot be met."""
     if len(data) == 0:
@@ -214,7 +231,7 @@ def _opened(
         raise InputError("title", title, "give a text, or None for that of the file")
     validate.number("deformation_scale", deformation_scale)
     colour_map(field, colours)
-    studio = Studio(data, size, deformation_scale, obstacles, title, clip, colours)
+    studio = Studio(data, size, deformation_scale, obstacles, title, clip, colours, read)
     return studio, range or studio.limits(field)
 
 

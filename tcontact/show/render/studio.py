@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,9 +19,10 @@ from .bodies import colour_number, names_of, own_limits, write_names
 from .camera import Camera, Eye, fitted, thin_normals, usual_direction
 from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, SHADOWED, colour_map, tables
 from .labels import decorate, font, prefix_of, round_down, round_up, write_figures
+from .raster import Raster
 from .scenery import Scenery, Signs, write_signs
 from .surface import Clip, clipped_surface
-from .triangles import Place, Triangles, draw, drawable, triad, union, window
+from .triangles import Place, Triangles, drawable, fronts, triad, union, window
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -45,10 +46,13 @@ class Studio:
         title: str | None = None,
         clip: Sequence[Clip] = (),
         colours: str | None = None,
+        read: Callable[[int], Frame] | None = None,
     ) -> None:
+        """Make the studio of a series; read: reads a frame by its number, None = `data.frame`."""
         if not math.isfinite(deformation_scale):
             raise InputError("deformation_scale", deformation_scale, "give a finite number")
         self.data, self.size, self.scale = data, (int(size[0]), int(size[1])), deformation_scale
+        self._read = data.frame if read is None else read
         described = data.attributes.get("obstacles", ()) if obstacles is None else obstacles
         self.scenery = Scenery(described)
         self._finished = data.attributes.get("reason", "finished") == "finished"
@@ -59,12 +63,15 @@ class Studio:
         self.unit = self.size[1] / 720  # lengths of the layout are meant for 720 rows
         width, height = self.size
         samples = width * height * SAMPLES**2
+        self.raster = Raster()
         self.depth, self.pixel = np.zeros(samples, np.float32), np.zeros(samples, np.int32)
         self.mask_depth, self.mask = np.zeros(width * height, np.float32), np.zeros(width * height, np.int32)
         self.background = np.tile(np.array(BACKGROUND, dtype=np.float32), height)
         self.shadow = np.zeros(width * height, np.uint8)
-        self.nothing = np.zeros(width * height, np.float32)  # depth of what hides nothing
-        self._behind: tuple[Triangles, np.ndarray, np.ndarray, np.ndarray] | None = None
+        self.image = np.zeros(3 * width * height, np.uint8)
+        self.nothing = np.zeros(samples, np.float32)  # depth of what hides nothing
+        self.floor, self.pixel_behind = np.zeros(samples, np.float32), np.zeros(samples, np.int32)  # of the scenery
+        self._behind: tuple[Triangles, np.ndarray] | None = None
         self._signed: tuple[np.ndarray, tuple[Any, ...], np.ndarray, np.ndarray] | None = None
         self._frames: dict[int, Frame] = {}
         self._room = KEPT
@@ -73,7 +80,7 @@ class Studio:
         """Return frame `index`; as many as `KEPT` allows stay in memory."""
         frame = self._frames.get(index)
         if frame is None:
-            frame = self.data.frame(index)
+            frame = self._read(index)
             size = sum(array.nbytes for part in (frame.point_data, frame.cell_data) for array in part.values())
             if size <= self._room:
                 self._frames[index] = frame
@@ -210,31 +217,31 @@ class Studio:
         x = self.surface.spread(self.positions(frame))
         screen = eye.project(x)
         force = frame.point_data.get("contact_force") if field == "contact_pressure" else None
-        body = self._body(x, screen, values, nodal, limits, eye, force)
+        # cells that inverted have faces that look inward
+        whole = self.scale == 1.0 and self._finished and isinstance(drawable(screen[:, None]), slice)
+        body, face = self._body(x, screen, values, nodal, limits, eye, force, whole)
         width, height = self.size
         chosen = colour_map(field, self.wish)
         colours = tables(chosen)
+        scenery = self._scenery(eye, colours)
         darker = self._cast_shadow(self._fallen(x, eye))
         place = window([screen], [0], width, height)
-        floor, pixel_behind, scenery = self._scenery(eye, colours)
         rows, columns = (slice(SAMPLES * part.start, SAMPLES * part.stop) for part in place)
-        # cells that inverted have faces that look inward
-        whole = self.scale == 1.0 and self._finished and isinstance(drawable(body.screen), slice)
-        self._draw(body.front_first(cull=whole), (rows, columns), colours, floor, self.depth, self.pixel)
+        self._draw(body, (rows, columns), colours, self.floor, self.depth, self.pixel)
         place = union(place, darker)
         signs = field, limits, note, chosen
         labelled = self._labelled(scenery, eye, signs, place) if still else None
-        image = (scenery if labelled is None else labelled).copy()
-        self._resolve(place, self.pixel, pixel_behind, self.shadow, image)
+        self.image[:] = scenery if labelled is None else labelled
+        self._resolve(place, self.pixel)
         self.pixel.reshape(SAMPLES * height, SAMPLES * width)[rows, columns] = 0  # for the next picture
-        pixels = image.reshape(height, width, 3)
+        pixels = self.image.reshape(height, width, 3).copy()
         named = bool(self.names) and field != "body"
         if labelled is None or named:
             picture = Image.fromarray(pixels)
             if labelled is None:
                 decorate(picture, self, eye, *signs)
             if named:
-                seen, letters = self._seen(body, eye), font(round(14 * self.unit))
+                seen, letters = self._seen(body, face, eye), font(round(14 * self.unit))
                 write_names(ImageDraw.Draw(picture), self.names, seen, self.unit, letters)
             pixels = np.array(picture)
         peak = float(np.max(values, initial=-np.inf, where=np.isfinite(values)))
@@ -259,25 +266,24 @@ class Studio:
             self._signed = scenery, signs, image.reshape(-1), (image != bare).any(axis=2)
         return None if self._signed[3][place].any() else self._signed[2]
 
-    def _scenery(self, eye: Eye, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return depth, pixel and picture of the scenery with its names; it is drawn again only where it has moved.
+    def _scenery(self, eye: Eye, colours: np.ndarray) -> np.ndarray:
+        """Return the picture of the scenery with its names; it is drawn again only where it has moved.
 
-        Its depth is rounded down, so that a body at the same depth is seen. Its colours are those of all fields, as
-        only bodies have the colours of the field.
+        `floor` and `pixel_behind` have its depth and its samples. Its depth is rounded down, so that a body at the same
+        depth is seen. Its colours are those of all fields, as only bodies have the colours of the field.
         """
         fixed = eye.fixed
         if self._behind is None or self._behind[0] is not fixed:
-            depth, pixel = np.zeros_like(self.depth), np.zeros_like(self.pixel)
             width, height = self.size
             fine = slice(0, SAMPLES * height), slice(0, SAMPLES * width)
-            self._draw(fixed, fine, colours, np.zeros_like(depth), depth, pixel)
-            image = np.tile(np.array(BACKGROUND, np.uint8), width * height)
-            every = slice(0, height), slice(0, width)
-            self._resolve(every, pixel, np.zeros_like(pixel), np.zeros_like(self.shadow), image)
-            if eye.signs is not None:
-                image = self._signed_scenery(image, eye.signs)
-            self._behind = fixed, np.nextafter(depth, np.float32(0.0)), pixel, image
-        return self._behind[1:]
+            self._draw(fixed, fine, colours, self.nothing, self.floor, self.pixel_behind)
+            np.nextafter(self.floor, np.float32(0.0), out=self.floor)
+            self.image[:] = np.tile(np.array(BACKGROUND, np.uint8), width * height)
+            self.shadow[:] = 0
+            self._resolve((slice(0, height), slice(0, width)), self.pixel_behind)
+            image = self.image.copy() if eye.signs is None else self._signed_scenery(self.image, eye.signs)
+            self._behind = fixed, image
+        return self._behind[1]
 
     def _draw(
         self,
@@ -289,24 +295,26 @@ class Studio:
         pixel: np.ndarray,
     ) -> None:
         """Draw triangles with their lines into a place [sample] of the buffers."""
-        draw(scene, self.size[0] * SAMPLES, place, SAMPLES, 0.6 * self.unit, colours, behind, depth, pixel)
+        self.raster.draw(scene, self.size[0] * SAMPLES, place, SAMPLES, 0.6 * self.unit, colours, behind, depth, pixel)
 
-    def _resolve(
-        self, place: Place, front: np.ndarray, behind: np.ndarray, shadow: np.ndarray, image: np.ndarray
-    ) -> None:
-        """Fill a place of the picture from samples and those behind them, where there are any or a shadow falls."""
-        from ...kernels.pictures import raster
+    def _resolve(self, place: Place, front: np.ndarray) -> None:
+        """Fill a place of the picture from samples and those of the scenery, with the shadow."""
+        self.raster.resolve(
+            self.size[0],
+            SAMPLES,
+            SHADOWED,
+            place,
+            front,
+            self.pixel_behind,
+            self.background,
+            DARK,
+            self.shadow,
+            self.image,
+        )
 
-        corner = place[0].start, place[1].start, place[0].stop - place[0].start, place[1].stop - place[1].start
-        if min(corner[2:]) > 0:
-            raster.resolve(
-                self.size[0], SAMPLES, SHADOWED, *corner, front, behind, self.background, DARK, shadow, image
-            )
-
-    def _seen(self, body: Triangles, eye: Eye) -> np.ndarray:
+    def _seen(self, body: Triangles, face: np.ndarray, eye: Eye) -> np.ndarray:
         """Return the number of the body that is seen at a pixel + 1 [height, width], 0 where none is."""
-        number = self.body_of_face[self.surface.face]
-        return self._numbered(body.screen, number, eye.fixed)
+        return self._numbered(body.screen, self.body_of_face[face], eye.fixed)
 
     def _signed_scenery(self, image: np.ndarray, signs: Signs) -> np.ndarray:
         """Return the picture of the scenery with the names of its obstacles."""
@@ -329,7 +337,7 @@ class Studio:
         colours = np.zeros(3 * 256 * SHADOWED + 3 * 512, np.float32)
         colours[:768] = np.repeat(np.arange(256), 3)  # the other tables, those of the scenery, are black
         every = slice(0, height), slice(0, width)
-        draw(scene, width, every, 1, 0.0, colours, self.nothing, self.mask_depth, self.mask)
+        self.raster.draw(scene, width, every, 1, 0.0, colours, self.nothing, self.mask_depth, self.mask)
         return (self.mask & 255).reshape(height, width)
 
     def contact_face(self, path: Path, limits: tuple[float, float] | None = None) -> list[Path]:
@@ -364,16 +372,21 @@ class Studio:
         limits: tuple[float, float],
         eye: Eye,
         force: np.ndarray | None,
-    ) -> Triangles:
-        """Return the surface with its colours and its light; x [m], places [pixel]: its points and the quad centres.
+        cull: bool,
+    ) -> tuple[Triangles, np.ndarray]:
+        """Return the surface with its colours and its light, and the face [n] of each triangle.
 
-        force: contact force of all nodes [n, 3] [N], if the values are those of faces that it presses on, and 0 on
-        others of the same nodes.
+        x [m], places [pixel]: points of the surface and the quad centres; force: contact force of all nodes [n, 3] [N],
+        if the values are those of faces that it presses on, and 0 on others of the same nodes; cull: leave away faces
+        that look away from the eye.
         """
         surface = self.surface
+        drawn = (surface.corners, surface.face, surface.edges) if nodal or not cull else surface.halved
+        chosen = fronts(places, drawn[0], cull)
+        corners, face, edges = (part[chosen] for part in drawn)
         level = (values - limits[0]) / (limits[1] - limits[0])
         level = np.nan_to_num(level, nan=0.0, posinf=1.0, neginf=0.0)
-        value = surface.spread(level)[surface.corners] if nodal else np.repeat(level[surface.face][:, None], 3, axis=1)
+        value = surface.spread(level)[corners] if nodal else np.repeat(level[face][:, None], 3, axis=1)
         quads, triangles = x[surface.quads], x[surface.triangles]
         with np.errstate(all="ignore"):
             normal = np.concatenate(
@@ -384,17 +397,16 @@ class Studio:
             )
             normal = normal / np.linalg.norm(normal, axis=1)[:, None]
             if force is not None:
-                value[~self._pressed(normal, force)[surface.face]] = np.clip(limits[0] / (limits[0] - limits[1]), 0, 1)
+                value[~self._pressed(normal, force)[face]] = np.clip(limits[0] / (limits[0] - limits[1]), 0, 1)
             normal = normal @ eye.axes.T
         key = np.array([-0.42, 0.72, 0.55])
         light = 0.74 + 0.18 * np.maximum(0.0, normal @ (key / np.linalg.norm(key))) + 0.2 * np.abs(normal[:, 2])
-        light = np.nan_to_num(light, nan=0.7)[surface.face]
-        screen = places[surface.corners]
-        edge = np.linalg.norm(screen[:, 0, :2] - screen[:, 1, :2], axis=1)
+        light = np.nan_to_num(light, nan=0.7)[face]
+        edge = np.linalg.norm(places[surface.corners[:, 0], :2] - places[surface.corners[:, 1], :2], axis=1)
         length = float(np.nanmedian(edge)) / self.unit if np.isfinite(edge).any() else 0.0
-        ink = np.full(len(screen), 0.38 * min(1.0, max(0.0, (length - 2.5) / 9)))
-        table = np.full(len(screen), FIELD, dtype=np.int32)
-        return Triangles(screen, value, light, table, surface.edges, ink)
+        ink = np.full(len(face), 0.38 * min(1.0, max(0.0, (length - 2.5) / 9)))
+        table = np.full(len(face), FIELD, dtype=np.int32)
+        return Triangles(places[corners], value, light, table, edges, ink), face
 
     def _pressed(self, normal: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Tell of faces with outward normals [q+t, 3] whether the contact force of their nodes presses on them."""
@@ -425,9 +437,11 @@ class Studio:
         self.shadow[:] = 0
         if len(fallen) == 0 or there.size == 0:
             return slice(0, 0), slice(0, 0)
-        shadow = Triangles.plain(fallen[self.surface.corners], 0)
-        flat = shadow.front_first(cull=isinstance(drawable(shadow.screen), slice))
-        draw(flat, width, place, 1, 0.0, np.zeros(768, np.float32), self.nothing, self.mask_depth, self.mask)
+        corners = self.surface.halved[0]
+        chosen = fronts(fallen, corners, cull=isinstance(drawable(fallen[:, None]), slice))
+        shadow = Triangles.plain(fallen[corners[chosen]], 0)
+        black = np.zeros(768, np.float32)
+        self.raster.draw(shadow, width, place, 1, 0.0, black, self.nothing, self.mask_depth, self.mask)
         mask = Image.fromarray((there != 0).astype(np.uint8) * 255)
         blurred = mask.filter(ImageFilter.BoxBlur(4 * self.unit)).filter(ImageFilter.BoxBlur(3 * self.unit))
         self.shadow.reshape(height, width)[place] = np.asarray(blurred)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from ...scene.obstacles.base import direction as unit_of
 class Surface:
     """The boundary of a mesh as triangles: faces that belong to one cell only.
 
-    A quadrilateral is cut into four triangles around its centre, so that its picture does not depend on a diagonal.
+    A quadrilateral is cut into four triangles around its centre, so that colours on it do not depend on a diagonal.
     nodes [s] mesh nodes on the boundary; quads [q,4], triangles [t,3] faces in local numbers (0..s-1); owner [q+t] cell
     of a face; corners [T,3] drawn triangles in local numbers, s+i = centre of quad i; face [T] their face; edges [T]
     bits of their real edges.
@@ -30,6 +31,17 @@ class Surface:
     corners: np.ndarray
     face: np.ndarray
     edges: np.ndarray
+
+    @cached_property
+    def halved(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Corners, face, edges of quadrilaterals cut in two: enough for one colour a face and for shadows."""
+        count, quads = len(self.quads), self.quads
+        number = np.arange(count + len(self.triangles))
+        return (
+            np.concatenate([quads[:, [0, 1, 2]], quads[:, [2, 3, 0]], self.triangles]),
+            np.concatenate([number[:count], number]),
+            np.repeat(np.array([5, 7], dtype=np.int32), [2 * count, len(self.triangles)]),
+        )
 
     def spread(self, values: np.ndarray) -> np.ndarray:
         """Return nodal values [s] or [s,k] with the quad centres appended."""

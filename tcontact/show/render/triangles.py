@@ -31,22 +31,22 @@ class Triangles:
         value = np.broadcast_to(value, (n, 3))
         return Triangles(screen, value, np.ones(n), zero + np.int32(table), zero, np.zeros(n))
 
-    def front_first(self, cull: bool = False) -> Triangles:
-        """Return the triangles with those first whose corners run clockwise on the screen; cull: these alone.
-
-        Faces of a body that look at the eye run so and hide the others, of which then nothing has to be shaded. The
-        surface of a body is closed: where one of the others is, there is also one of these.
-        """
-        one, two = (self.screen[:, k, :2] - self.screen[:, 0, :2] for k in (1, 2))
-        back = ~(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0] < 0.0)
-        order = np.flatnonzero(~back) if cull else np.argsort(back, kind="stable")
-        names = ("screen", "value", "light", "table", "edges", "ink")
-        return Triangles(*(getattr(self, name)[order] for name in names))
-
     @staticmethod
     def joined(parts: Sequence[Triangles]) -> Triangles:
         names = ("screen", "value", "light", "table", "edges", "ink")
         return Triangles(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def fronts(screen: np.ndarray, corners: np.ndarray, cull: bool = False) -> np.ndarray:
+    """Return the numbers of triangles, those first whose corners run clockwise on the screen; cull: these alone.
+
+    screen [k,3]: points on the screen; corners [n,3]: which of them each triangle has. Faces of a body that look at the
+    eye run so and hide the others, of which then nothing has to be shaded. The surface of a body is closed: where one
+    of the others is, there is also one of these.
+    """
+    x, y = (np.ascontiguousarray(screen[:, axis])[corners].T for axis in (0, 1))
+    front = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]) < 0.0
+    return np.flatnonzero(front) if cull else np.argsort(~front, kind="stable")
 
 
 def ribbons(start: np.ndarray, end: np.ndarray, half: float, table: int | np.ndarray) -> Triangles:
@@ -108,47 +108,3 @@ def drawable(screen: np.ndarray) -> np.ndarray | slice:
     if near.all() and np.isfinite(screen[..., 2]).all():
         return slice(None)
     return near.all(axis=(1, 2)) & np.isfinite(screen[..., 2]).all(axis=1)
-
-
-def draw(
-    scene: Triangles,
-    width: int,
-    place: Place,
-    factor: int,
-    line: float,
-    colours: np.ndarray,
-    behind: np.ndarray,
-    depth: np.ndarray,
-    pixel: np.ndarray,
-) -> None:
-    """Draw triangles into a place of the buffers, which then hold nothing else.
-
-    width: of the buffers, place in them [sample]; factor: samples per pixel along one axis, line: half width of a line
-    [pixel]; behind: inverse depth of what hides triangles.
-    """
-    from ...kernels.pictures import raster
-
-    screen = scene.screen * (factor, factor, 1.0)
-    good = drawable(screen)
-    grid = np.round(screen[good, :, :2] * 256) / 256
-    y = grid[..., 1]
-    rows = np.stack([np.ceil(y.min(axis=1) - 0.5), np.floor(y.max(axis=1) - 0.5) + 1.0], axis=1)
-    raster.draw_triangles(
-        len(grid),
-        width,
-        *(int(end) for part in place for end in (part.start, part.stop)),
-        line * factor,
-        rows.astype(np.int32).ravel(),
-        np.ascontiguousarray(grid[..., 0]).ravel(),
-        np.ascontiguousarray(y).ravel(),
-        np.ascontiguousarray(screen[good, :, 2]).ravel(),
-        scene.value[good].ravel(),
-        scene.light[good],
-        scene.table[good].astype(np.int32),
-        scene.edges[good].astype(np.int32),
-        scene.ink[good],
-        colours,
-        behind,
-        depth,
-        pixel,
-    )
