@@ -16,7 +16,8 @@ import numpy as np
 from ...base.errors import FunctionError
 from ...contact.copied_solve import CopiedSolve
 from ...contact.massless_contact import MasslessContactTerm
-from ...contact.shared_solve import ResidualShares, SharedSolve
+from ...contact.residual_shares import ResidualShares
+from ...contact.shared_solve import SharedSolve
 from ...device import arrays
 from ...device.team import Team
 from ...planning.measured import Layout, combined

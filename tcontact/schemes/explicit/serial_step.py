@@ -5,6 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from ...cells.internal_force import InternalForce
+from ...contact.bundles import (
+    behind_body,
+    boundary_bundle,
+    contact_bundles,
+    place_behind_body,
+    rigid_bundle,
+    solve_bundles,
+    support_bundle,
+    within_limit,
+)
 from ...contact.copied_solve import CopiedSolve
 from ...contact.layered_friction import LayeredFriction
 from ...contact.massless_contact import MasslessContactTerm
@@ -42,20 +52,8 @@ class SerialStep:
         sensors: Sensors | None = None,
         rigid: RigidBodies | None = None,
     ) -> None:
-        from ...kernels.language.bundles import (
-            Boundary,
-            Contact,
-            ContactOptions,
-            Coupling,
-            Launch,
-            Obstacles,
-            Rigid,
-            Rows,
-        )
-        from ...kernels.language.bundles import Supports as SupportArrays
-        from ...kernels.language.joint_lists import joined
-        from ...kernels.language.signatures import MOST, arguments, signature_of
-        from ...kernels.language.solve_bundles import PAIR_LISTS, JointPairs, Pairs, System
+        from ...kernels.language.bundles import ContactOptions, Coupling, Launch
+        from ...kernels.language.signatures import MAXIMUM_ARGUMENTS, arguments, signature_of
         from ...kernels.step import launch_control
         from ...kernels.step import serial_step as kernels
 
@@ -79,19 +77,12 @@ class SerialStep:
         self.raw = arrays.zeros(self.rows_at_once * self.width)
         bundles = {
             "body": force.bundle(),
-            "boundary": Boundary(sums=self.sums)
-            if boundary is None
-            else Boundary(**boundary.arguments(), sums=self.sums),
-            "supports": SupportArrays() if supports is None else SupportArrays(**supports.arguments(), sums=self.sums),
-            "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
-            "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
-            "contact": Contact(
-                **({} if contact is None else contact.arguments()), sums=self.sums, counted=self.counted
-            ),
+            "boundary": boundary_bundle(boundary, self.sums),
+            "supports": support_bundle(supports, self.sums),
+            **contact_bundles(contact, self.sums, counted=self.counted),
             "coupling": Coupling() if pairs is None else Coupling(pairs.lists, pairs.values),
-            "pairs": Pairs() if solve is None else Pairs(**solve.pairs),
-            "system": System() if solve is None else System(**solve.system),
-            "rigid": Rigid() if rigid is None else Rigid(**rigid.arguments(), sums=self.sums),
+            **solve_bundles(solve),
+            "rigid": rigid_bundle(rigid, self.sums),
             "launch": Launch(
                 None if self.cells is None else self.cells.data,
                 None if images is None else images.pairs,
@@ -100,13 +91,12 @@ class SerialStep:
                 self.raw,
             ),
         }
-        if len(arguments(bundles)) > MOST and solve is not None:
-            lists = arrays.put(joined([arrays.get(solve.pairs[name]) for name in PAIR_LISTS]))
-            bundles["pairs"] = JointPairs(lists, solve.pairs["shape_gradients"], solve.pairs["values"])
-        if self._scratch is not None and len(arguments(bundles)) > MOST:  # the host samples every row instead
+        bundles = within_limit(bundles, solve)
+        if self._scratch is not None and len(arguments(bundles)) > MAXIMUM_ARGUMENTS:
+            # the host samples every row instead
             self.rows_at_once, self._scratch = 1, None
             bundles["launch"] = bundles["launch"]._replace(samples=None)
-        self._parts = arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
+        self._parts = behind_body(bundles)
         self.kernel = kernels.make_serial_step(
             signature_of(bundles),
             domain.kinds,
@@ -124,8 +114,7 @@ class SerialStep:
             rigid_bodies=rigid is not None,
             **domain.options,
         )
-        before = {name: bundles[name] for name in list(bundles)[: list(bundles).index("coupling")]}
-        self._first_row = len(arguments(before)) - len(arguments({"body": bundles["body"]}))
+        self._first_row = place_behind_body(bundles, "coupling")
         self._launch = Prepared(self.kernel)
         self._exact = 1.0 if contact is None or contact.exact else 0.0
 
@@ -169,7 +158,7 @@ class SerialStep:
         if control[names.WANTS_LAYERS] == 1.0:
             assert contact is not None
             if self.copies is not None:
-                self.copies.hand_over()
+                self.copies.share_residual()
             else:
                 assert isinstance(contact.friction, LayeredFriction)
                 contact.friction.step(before, after)
