@@ -117,7 +117,7 @@ def wall_acceleration(
 
 
 @ti.func
-def point_softness(
+def point_mobility(
     rigid: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), body: ti.template(),
     k, r,
 ):  # fmt: skip

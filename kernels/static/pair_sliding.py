@@ -3,10 +3,10 @@
     y' = R(v - tau D^-1 (K v - r)),   v = y' + beta (y' - y),   tau = 1/largest eigenvalue of D^-1 K
 
 in the unknowns y of pair_step.py, where y_s of a slave is its opening and slip. R solves the contact problem of each
-node with friction for itself, as if its stiffness were D/tau (`rub` in sliding.py). With a fixed limit of friction this
-is the proximal gradient method of Beck and Teboulle (2009); the limit mu lambda is that of the last R. beta grows as
-theirs, and starts anew where the step turns against the gradient (O'Donoghue and Candes 2015). Nodes that stick, slide
-and open are found on the way; rows of obstacles have no masters.
+node with friction for itself, as if its stiffness were D/tau (`solve_with_friction` in sliding.py). With a fixed limit
+of friction this is the proximal gradient method of Beck and Teboulle (2009); the limit mu lambda is that of the last R.
+beta grows as theirs, and starts anew where the step turns against the gradient (O'Donoghue and Candes 2015). Nodes that
+stick, slide and open are found on the way; rows of obstacles have no masters.
 """
 
 from ..contact.constraint_rows import normal_of, set_number, set_vector, vector_of
@@ -30,7 +30,7 @@ from .control import (
 )
 from .massless_node import entries, square
 from .pair_step import LONG, MANY, multiply_coupled, pair_step, precondition
-from .sliding import rub
+from .sliding import solve_with_friction
 
 GROWTH = 100.0  # a residual over the smallest one at which the step was too long
 UNKNOWN = 1e300
@@ -93,7 +93,7 @@ def step_node(contact: ti.template(), rows: ti.template(), system: ti.template()
     y = v - flexible @ gradient
     mask, off = 0, 0.0
     if touches(rows, k, slots):
-        y, mask, off = rub(contact, rows, system, k, y, flexible, block, slots)
+        y, mask, off = solve_with_friction(contact, rows, system, k, y, flexible, block, slots)
     contact.active[k] = mask
     put_entries(system.response, k, stride, at.direction, y - before)
     put_entries(system.response, k, stride, at.position, y)

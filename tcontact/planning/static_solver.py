@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.errors import InputError
-from ..kernels.node_places import PLACES, RUBBING
+from ..kernels.node_places import FRICTION_PLACES, PLACES
 from ..scene.cell_blocks import AVERAGED, ROUNDING
 from ..scene.contact_models import MasslessContact
 from ..scene.friction_models import law_of
@@ -54,8 +54,10 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
         remedy = f"it does not solve for {hindrance}; leave it at 'auto'"
         raise InputError("MasslessContact.solver", model.solver, remedy)
     if paired:
-        rubs = scene.friction is not None and contact.block > 1
-        return StaticSolver(True, "bodies in contact with each other", "accelerated projections" if rubs else "")
+        has_friction = scene.friction is not None and contact.block > 1
+        return StaticSolver(
+            True, "bodies in contact with each other", "accelerated projections" if has_friction else ""
+        )
     if model.solver != "auto":
         return StaticSolver(model.solver == "projected-gradient", "asked for")
     if hindrance:
@@ -102,7 +104,7 @@ def response_components(scene: Scene, block: int, slots: int, coupled: bool, pro
         places = PLACES[block]
         return (places.several_end if slots > 1 else places.coupled_end) if coupled else places.end
     in_lanes = block > 1 and slots == 1 and law_of(scene.friction) == "coulomb"
-    return RUBBING.end if in_lanes else block + 1
+    return FRICTION_PLACES.end if in_lanes else block + 1
 
 
 def _hindrance(scene: Scene, block: int, paired: bool) -> str:

@@ -104,7 +104,7 @@ class Run:
             domain.searches([self._stable_step(view, stiffness) for view in domain.views]) for domain in self.domains
         ]
         for state, own in zip(self.states, points, strict=bool(points)):
-            state.take_over_points(own)  # the stable step is that of this state
+            state.start_points(own)  # the stable step is that of this state
         self.dt_limit = self._limit()
         if scheme.implicit or all(state.plan.body.linear for state in self.states):
             self.limits = []  # it does not change: free the memory

@@ -47,13 +47,12 @@ from .folder_lock import locked
 from .guards import Guards
 from .law_checks import check_laws
 from .loop import Run
-from .prepared import checkpoint_head, finished_plan, take_over
+from .prepared import checkpoint_head, finished_plan, start_layers
 from .progress import ProgressBar
 from .rank_files import RankKeeper, RankRecorder, SilentRecorder, latest_of_all, on_first
 from .rank_lead import Elsewhere, RankGuards, RankLooks
 from .rank_plan import plan_and_parts
-from .rank_recut import other_ranks
-from .rank_recut import take_over as take_over_cut
+from .rank_recut import other_ranks, restore_parts
 from .recorder import FILE, check_folder, make_folder, unwritten
 from .snapshot import Snapshot
 from .watches.looks import Looks
@@ -124,7 +123,7 @@ class RankRun(Run):
 
     def snapshot(self, before: float, after: float) -> Snapshot:
         """Take the state at the present level, on the first rank."""
-        return self.team.lead.act(lambda: super(RankRun, self).snapshot(before, after)) or Elsewhere(self.states)
+        return self.team.lead.alone(lambda: super(RankRun, self).snapshot(before, after)) or Elsewhere(self.states)
 
     @property
     def result_type(self) -> Any:
@@ -133,7 +132,7 @@ class RankRun(Run):
 
     def end_state(self, last: Snapshot) -> dict[str, Any]:
         """Return the fields of the result with values of nodes and cells, on the first rank."""
-        return self.team.lead.act(lambda: super(RankRun, self).end_state(last)) or {}
+        return self.team.lead.alone(lambda: super(RankRun, self).end_state(last)) or {}
 
     def cut_by(self, signal: str) -> str:
         """Return the name of the signal that some rank has received, "" without."""
@@ -252,7 +251,7 @@ def simulate_on_ranks(
                 if asked.points:
                     new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
                 keeper = _keeper(team, options, folder, new, recorder, head, kept)
-        take_over(run, asked.layers)
+        start_layers(run, asked.layers)
         with ProgressBar(scene.duration, "simulate", progress and team.leads) as bar:
             if recorder is None or folder is None:
                 return run.go(asked.frames, None, bar, started)
@@ -308,7 +307,7 @@ def resume_on_ranks(
             forget_cells(planned)
             contents.restore(run, stored[0].found, stored[0].values)
         else:
-            take_over_cut(run, planned, stored, team)  # type: ignore[arg-type]
+            restore_parts(run, planned, stored, team)  # type: ignore[arg-type]
             warnings.warn(other_ranks(before, team.size), RuntimeWarning, stacklevel=2)
         recorder = _recorder(team, folder, run, head["fields"], head["frames"])
         head |= {"versions": versions(), "ranks": team.size}

@@ -39,7 +39,7 @@ from .interrupts import pools_served
 from .law_checks import check_laws
 from .loop import Run
 from .precision import check_precision
-from .prepared import checkpoint_head, finished_plan, take_over
+from .prepared import checkpoint_head, finished_plan, start_layers
 from .progress import ProgressBar
 from .rank_run import Asked, check_alike, check_ranks, simulate_on_ranks
 from .recorder import FILE, Recorder, check_folder, make_folder, unwritten, writing_beside
@@ -157,7 +157,7 @@ def simulate(
         if said is not None:
             run.warn(said)
         if folder is None:
-            take_over(run, layers)
+            start_layers(run, layers)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
                 return run.go(frames, None, bar, started)
         check_folder(folder)
@@ -173,7 +173,7 @@ def simulate(
             if points:  # a run made again for `resume` starts without them: checkpoints always hold the state
                 new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
             keeper = Keeper(options, folder, new, recorder, head, kept)
-        take_over(run, layers)  # after the fingerprints of the new run
+        start_layers(run, layers)  # after the fingerprints of the new run
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
 

@@ -17,7 +17,7 @@ from ...kernels.sweep_places import STATE
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.rigid_bodies import RigidBodies
 from ...planning.device_blocks import contact_blocks, partial_numbers, scratch, sweep_colours
-from ...planning.device_lists import colour_lists, givers, parts_of, surface_corners, surface_threads
+from ...planning.device_lists import colour_lists, parts_of, residual_donors, surface_corners, surface_threads
 from ...planning.domain import Domain
 from .device_loads import DeviceLoads
 from .device_pairs import pair_arguments
@@ -70,7 +70,7 @@ class DeviceContactSteps(DeviceSteps):
         own = self._own = {
             "sums": arrays.zeros(self.width),
             "shared": arrays.zeros(scratch(blocks)),
-            "residual_givers": arrays.put(givers(*domain.residual_receivers, everyone)),
+            "residual_donors": arrays.put(residual_donors(*domain.residual_receivers, everyone)),
             "residual_shares": arrays.zeros(3 * count),
             "colours": arrays.put(colours),
             "contact_parts": arrays.put(parts_of(force.packs, domain, contact=True)),
@@ -85,7 +85,7 @@ class DeviceContactSteps(DeviceSteps):
             options = options._replace(layers=self.layers.options)
         loads = self.loads = DeviceLoads(domain, force, u, boundary)
         lists = force.lists._replace(contact_parts=own["contact_parts"], control=own["control"])
-        shared = "sums", "shared", "residual_givers", "residual_shares", "partial"
+        shared = "sums", "shared", "residual_donors", "residual_shares", "partial"
         shares = {name: own[name] for name in shared if name in own}
         shares |= self.layer_arguments() | pair_arguments(contact.pairs)
         common = {
@@ -97,8 +97,9 @@ class DeviceContactSteps(DeviceSteps):
         body = force.device_bundle()._replace(u=u, v=v)
         stepped = body._replace(node_info=force.info, special_force=force.special_force)
         surface = body._replace(v=None, mass=None, rows=force.corner_forces, corner_rows=own["corner_rows"])
-        rubs = options.static_friction
-        if rubs and (options.varied or options.coupled):  # of rows that get a new partner in the solve, of masters
+        if options.static_friction and (
+            options.varied or options.coupled
+        ):  # of rows that get a new partner in the solve, of masters
             surface = surface._replace(v=v)
         if most_colours:
             own["sweep_state"] = arrays.zeros(STATE * len(solve.islands))
@@ -247,7 +248,7 @@ class DeviceContactSteps(DeviceSteps):
             taken = int(control[names.TAKEN])
             if control[names.WANTS] == names.A_LOOK or self.rows_built != built:
                 break
-        self.passes = max(1, int(control[names.MOST]))
+        self.passes = max(1, int(control[names.MOST_PASSES]))
         if self._sweeps is not None:
             self._sweeps.needed(control[names.MOST_SWEEPS : names.DEVICE_CONTROL])
         boundary = control[names.DEVICE_CONTROL :].reshape(-1, self._row_width)[:taken]
