@@ -171,8 +171,8 @@ def kick_friction_node(
                     relative_mobility = flexible
                     if ti.static(contact.options.free):
                         own = ti.Vector([forces[p, j] for j in ti.static(range(3))])
-                        given = point_mobility(rigid, obstacles, rows, contact, body, k, r)
-                        wall += span * (wall_acceleration(rigid, obstacles, rows, contact, body, k, r) + given @ own)
+                        given = point_mobility(rigid, obstacles, contact, body, k, r)
+                        wall += span * (wall_acceleration(rigid, obstacles, contact, body, k, r) + given @ own)
                         relative_mobility += given
                     relative = velocity + span * (acceleration + flexible @ others) - wall
                     if ti.static(contact.options.static_friction):
@@ -208,7 +208,7 @@ def kick_friction_node(
             first = velocity - velocity_of(rows, k * slots + p, rows.at.velocity)
             rate = acceleration
             if ti.static(contact.options.free):
-                rate = rate - wall_acceleration(rigid, obstacles, rows, contact, body, k, k * slots + p)
+                rate = rate - wall_acceleration(rigid, obstacles, contact, body, k, k * slots + p)
             middle = first + before * rate
             last = first + span * rate
             early = 0.0 - 0.5 * before * force.dot(first + middle)

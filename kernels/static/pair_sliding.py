@@ -18,18 +18,16 @@ from ..language.threads import item, leader, meet, over_threads, turns
 from ..node_places import PLACES
 from .control import (
     F_REF,
-    MAXIMUM_IN_ALL,
     PAIR_STEP,
     PIVOT,
-    POLISHING_SWEEPS,
     SETTINGS,
     STATS,
     STEP_LENGTH,
-    SWEEPS,
     goals,
+    needs_products,
 )
 from .massless_node import entries, square
-from .pair_step import LONG, MANY, multiply_coupled, pair_step, precondition
+from .pair_step import LONG, multiply_coupled, note_products, pair_step, precondition
 from .sliding import solve_with_friction
 
 GROWTH = 100.0  # a residual over the smallest one at which the step was too long
@@ -144,8 +142,7 @@ def accelerated(
         speed = faster
         if turned > 0.0:
             factor, speed = 0.0, 1.0
-        more = done < minimum or (done < settings[its + POLISHING_SWEEPS] and residual > aim)
-        more = more or (done < settings[its + MAXIMUM_IN_ALL] and residual > accepted)
+        more = needs_products(settings, island, done, residual, minimum, aim, accepted)
         running = ti.select(more, 1, 0)
         smallest = ti.min(smallest, residual)
         if not residual < 1e300:
@@ -172,9 +169,7 @@ def accelerated(
             set_trial(system, k, y, block)
     meet(contact)
     if leader(contact) == 1:
-        stats[place + SWEEPS] = stats[place + SWEEPS] + done
-        if done > MANY:
-            stats[place + PAIR_STEP] = 0.0
+        note_products(stats, island, done)
     if definite == 1:
         spread(coupling, contact, rows, system.increment, 0, stride, block)
     return definite

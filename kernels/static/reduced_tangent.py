@@ -50,7 +50,7 @@ def make_reduced_tangent(kind: str, law: str, block: int, threads: int = 1):
 
     @ti.func
     def tangent_of_cell(
-        body: ti.template(), basis: ti.template(), pairs: ti.template(), number, at, first_cell, gradients,
+        body: ti.template(), basis: ti.template(), pairs: ti.template(), at, first_cell, gradients,
         parameters, stiff, cell,
     ):  # fmt: skip
         slopes = ti.Vector.zero(ti.f64, 3 * CORNERS)  # G of every corner
@@ -124,9 +124,9 @@ def make_reduced_tangent(kind: str, law: str, block: int, threads: int = 1):
         if ti.static(threads > 1):
             for turn in range(turns(contact, pairs.blocks[at + LAST_CELL] - first_cell)):
                 own = first_cell + item(contact, turn)
-                tangent_of_cell(body, basis, pairs, number, at, first_cell, gradients, parameters, stiff, own)
+                tangent_of_cell(body, basis, pairs, at, first_cell, gradients, parameters, stiff, own)
         else:
             for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
-                tangent_of_cell(body, basis, pairs, number, at, first_cell, gradients, parameters, stiff, cell)
+                tangent_of_cell(body, basis, pairs, at, first_cell, gradients, parameters, stiff, cell)
 
     return reduced_tangent

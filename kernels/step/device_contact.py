@@ -161,14 +161,14 @@ def set_loads(
 @ti.func
 def load_freely(
     body: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), pairs: ti.template(),
-    system: ti.template(), rigid: ti.template(), before,
+    rigid: ti.template(), before,
 ):  # fmt: skip
     """Set the load of the obstacles that move freely, and their rate for the stable step."""
     if leader(contact) == 1:
         load_free_obstacles(rigid, obstacles, contact)
     meet(contact)
     count = obstacles.records.shape[0] // RECORD
-    measure_shared_rigid_rate(rigid, obstacles, rows, contact, pairs, system, body, before, count)
+    measure_shared_rigid_rate(rigid, obstacles, rows, contact, pairs, body, before, count)
 
 
 @functools.cache
@@ -250,7 +250,7 @@ def make_device_contact_step(
                 if ti.static(options.tracked):
                     obstacle_loads(obstacles, rows, contact, rigid, own.u)
                 if ti.static(options.free):
-                    load_freely(own, obstacles, rows, contact, pairs, system, rigid, before)
+                    load_freely(own, obstacles, rows, contact, pairs, rigid, before)
                 if ti.static(damped != ""):
                     damp(own, boundary, contact, damped)
                 if ti.static(has_springs):
@@ -346,7 +346,7 @@ def make_device_start(signature: Signature, options: ContactOptions, exact: bool
     @ti.func
     def device_start(
         body: ti.template(), lists: ti.template(), boundary: ti.template(), obstacles: ti.template(),
-        rows: ti.template(), contact: ti.template(), system: ti.template(), launch: ti.template(),
+        rows: ti.template(), contact: ti.template(), launch: ti.template(),
     ):  # fmt: skip
         ti.loop_config(block_dim=BLOCK_THREADS)
         for _ in range(BLOCK_THREADS):

@@ -18,6 +18,7 @@ from ..language.bundles import ContactOptions
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.joint_lists import number_of_list
 from ..language.signatures import Signature, kernel_of
+from ..language.threads import turns_of
 from ..layer.device_layers import at_entry, of_node, set_node
 from ..layer.layer1d_phases import make_phases
 from ..layer.layer1d_residual import MATERIAL, NODE, SCRATCH, SQRT3, material
@@ -223,7 +224,7 @@ def make_device_layers(
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
             if lists.control[WANTS] == A_LAYER:
-                for turn in range((count - t + threads - 1) // threads):
+                for turn in range(turns_of(t, threads, count)):
                     c = t + turn * threads
                     step_layer(batch, c, first + c, kick, contact, own)
 

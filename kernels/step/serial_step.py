@@ -232,7 +232,7 @@ def make_serial_step(
             obstacle_loads(obstacles, rows, contact, rigid, body.u)
         if ti.static(options.free and options.tracked):
             load_free_obstacles(rigid, obstacles, contact)
-            measure_rigid_rate(rigid, obstacles, rows, contact, pairs, system, body, control[BEFORE])
+            measure_rigid_rate(rigid, obstacles, rows, contact, pairs, body, control[BEFORE])
         if ti.static(has_boundary and damped != ""):
             damp(body, boundary, contact, damped)
         if ti.static(has_springs):

@@ -32,6 +32,7 @@ from .device_boundary import DeviceBoundarySteps
 from .device_contact import DeviceContactSteps
 from .device_stable_step import stable_steps
 from .device_step import DeviceSteps, steps_on_device
+from .device_terms import DeviceTermSteps
 from .serial_step import SerialStep
 from .stable_step import StableStep, StableSteps
 from .timed import Timed
@@ -85,7 +86,7 @@ class DomainState:
         if len(domain.support_rows):
             self.supports = Supports(domain, self._started(displacement), domain.table_rows)
         self.driven = DrivenSupports(domain, self.supports) if self.supports is not None and domain.driven else None
-        self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
+        self.contact = make_contact(scene, domain, self.internal_force)
         self.touching = self.contact is not None
         self._rebuilds = 0  # of rows of pairs so far
         self.frees = False  # whether obstacles move freely that something can touch
@@ -153,7 +154,7 @@ class DomainState:
     @property
     def layered(self) -> LayeredFriction | DeviceLayers | None:
         """The friction layers; None without any."""
-        if self.device is not None and self.device.layers is not None:
+        if isinstance(self.device, DeviceTermSteps) and self.device.layers is not None:
             return self.device.layers
         friction = None if self.contact is None else self.contact.friction
         return friction if isinstance(friction, LayeredFriction) else None
@@ -177,7 +178,7 @@ class DomainState:
             self._start_driven(self.driven.start_speeds)
         if self.loads is not None:
             self.loads.start(self.u, self.start_velocity)
-        if isinstance(self.device, DeviceBoundarySteps | DeviceContactSteps) and self.loads is not None:
+        if isinstance(self.device, DeviceTermSteps) and self.loads is not None:
             self.device.loads.start()
         if self.serial is not None and self.loads is not None:
             self.internal_force.set_steps(0.0, 0.0, 0.0)
