@@ -33,7 +33,7 @@ from ..planning.partition.outline import PlanOutline, forget_cells
 from ..planning.planning import Plan
 from ..results import frame_fields
 from ..results.elsewhere import ResultElsewhere
-from ..results.report import run_attributes, versions, write_history, write_json
+from ..results.report import versions
 from ..results.result import Maximum, Result
 from ..scene.cell_blocks import AVERAGED
 from ..scene.scene import Scene
@@ -53,9 +53,10 @@ from .rank_files import RankKeeper, RankRecorder, SilentRecorder, latest_of_all,
 from .rank_lead import Elsewhere, RankGuards, RankLooks
 from .rank_plan import plan_and_parts
 from .rank_recut import other_ranks, restore_parts
-from .recorder import FILE, check_folder, make_folder, unwritten
+from .recorder import check_folder, make_folder
 from .snapshot import Snapshot
 from .watches.looks import Looks
+from .written_run import carry_out
 
 COMPARED = 16  # values by which the functions of time of two ranks are compared
 ONE_RANK = "runs on one rank in this version; leave it out, or start the run without mpiexec"
@@ -255,7 +256,7 @@ def simulate_on_ranks(
         with ProgressBar(scene.duration, "simulate", progress and team.leads) as bar:
             if recorder is None or folder is None:
                 return run.go(asked.frames, None, bar, started)
-            return _carried_out(run, asked.frames, folder, recorder, keeper, bar, started)
+            return _carry_out(run, asked.frames, folder, recorder, keeper, bar, started)
 
 
 def resume_on_ranks(
@@ -317,7 +318,7 @@ def resume_on_ranks(
         keeper.restored(run.course.row)
         with ProgressBar(scene.duration, "resume", progress and team.leads) as bar:
             bar.update(run.course.time)
-            return _carried_out(run, run.course.frames, folder, recorder, keeper, bar, started)
+            return _carry_out(run, run.course.frames, folder, recorder, keeper, bar, started)
 
 
 def _quiet(team: Team, ending: ExitStack) -> None:
@@ -365,7 +366,7 @@ def _keeper(
     return keeper
 
 
-def _carried_out(
+def _carry_out(
     run: RankRun,
     frames: int,
     folder: Path,
@@ -374,31 +375,6 @@ def _carried_out(
     bar: ProgressBar,
     started: float,
 ) -> Result:
-    """Run, and let the first rank write result file, history and summary, and remove checkpoints of no further use."""
-    try:
-        result = run.go(frames, recorder, bar, started, keeper)
-        vars(result)["file"] = folder / FILE
-        attributes = run_attributes(result) | {"ranks": run.team.size}
-        try:
-            recorder.close(result.history, attributes)
-        except OutputError as error:
-            error.result = result
-            raise
-    finally:
-        recorder.abandon()
-
-    def write() -> None:
-        try:
-            write_history(folder / "history.csv", result.history)
-            write_json(folder / "summary.json", attributes)
-        except OSError as error:
-            raise unwritten(folder, "history.csv or summary.json", "all frames are", error) from error
-        if result.reason != "interrupted" and not (keeper is not None and keeper.keep):
-            store.remove(folder)
-
-    try:
-        on_first(run.team, write)
-    except OutputError as error:
-        error.result = result
-        raise
-    return result
+    """Carry out a run whose first rank writes, see `written_run.carry_out`."""
+    writer = partial(on_first, run.team)
+    return carry_out(run, frames, folder, recorder, keeper, bar, started, writer, ranks=run.team.size)

@@ -31,7 +31,8 @@ from .progress import ProgressBar
 from .rank_recut import other_ranks, restore_parts
 from .rank_run import check_alike, check_ranks, resume_on_ranks
 from .recorder import FILE, Recorder, writing_beside
-from .simulation import carry_out, start_of_scene
+from .simulation import start_of_scene
+from .written_run import carry_out
 
 
 def resume(

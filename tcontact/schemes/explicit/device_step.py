@@ -11,6 +11,7 @@ from ...kernels.lanes import DEVICE_ROWS
 from ...planning.device_path import hindrances
 from ...planning.domain import Domain
 from ...scene.scene import Scene
+from .row_limits import NO_LIMITS, RowLimits
 
 
 def steps_on_device(scene: Scene, domain: Domain, arch: str | None = None) -> bool:
@@ -52,16 +53,12 @@ class DeviceSteps:
         kicks: tuple[float, float, float],
         steps: tuple[float, float],
         rows: int = 1,
-        jacobian: float = -np.inf,
-        energy: float = np.inf,
-        touching: float = np.inf,
-        rigid_rate: float = np.inf,
+        limits: RowLimits = NO_LIMITS,
     ) -> np.ndarray:
         """Take steps and return the sums of their rows [done, numbers].
 
         kicks [s]: before, after, drift; steps [s]: those that end and start at the first row. The last row returned is
-        the first one with a det F of at most `jacobian`, an energy above `energy` [J], more than `touching` nodes in
-        contact or a rate of free obstacles above `rigid_rate` [1/s^2], if there is any.
+        the first one beyond the limits, if there is any; here none has a viscous rate.
         """
         self._begin_block()
         if rows > 1:
@@ -70,14 +67,14 @@ class DeviceSteps:
         found = self._take(kicks, steps, rows)
         places = self._places
         total = found[:, places.nodes.kinetic] + found[:, places.cells.elastic]
-        calm = found[:, places.cells.jacobian_min] > jacobian
+        calm = found[:, places.cells.jacobian_min] > limits.jacobian
         if found.shape[1] > places.shared.kinetic:
             total = total + found[:, places.shared.kinetic]
         if found.shape[1] > places.shared.contact_nodes:  # a domain without contact has no limit of them
-            calm = calm & ~(found[:, places.shared.contact_nodes] > touching)
-        calm = calm & (total <= energy)
+            calm = calm & ~(found[:, places.shared.contact_nodes] > limits.touching)
+        calm = calm & (total <= limits.energy)
         if self._rate_place is not None:
-            calm = calm & (found[:, self._rate_place] <= rigid_rate)
+            calm = calm & (found[:, self._rate_place] <= limits.rigid_rate)
         done = len(found) if calm.all() else int(np.argmin(calm)) + 1
         if done < len(found):
             for target, source in zip(self._state, self._kept, strict=True):

@@ -31,6 +31,7 @@ from ...nodes.images import PeriodicImages
 from ...nodes.rigid_bodies import RigidBodies
 from ...planning.domain import Domain
 from ..sensors import Sensors
+from .row_limits import NO_LIMITS, RowLimits
 
 
 class SerialStep:
@@ -127,18 +128,12 @@ class SerialStep:
         before: float,
         after: float,
         rows: int = 1,
-        jacobian: float = -np.inf,
-        energy: float = np.inf,
-        viscous_rate: float = np.inf,
-        touching: float = np.inf,
-        rigid_rate: float = np.inf,
+        limits: RowLimits = NO_LIMITS,
     ) -> int:
         """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
 
-        time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row with
-        a det F of at most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s], more
-        than `touching` nodes in contact, a rate of rigid bodies above `rigid_rate` [1/s^2] or a static solve that did
-        not converge.
+        time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row
+        beyond the limits, or with a static solve that did not converge.
         """
         names = self.names
         contact = self.contact
@@ -147,11 +142,12 @@ class SerialStep:
         if contact is not None and after > 0.0 and start != names.PLACE:
             contact.obstacles.move(np.cumsum([time, *[after] * rows]))
         if self.rigid is not None:
-            self.rigid.set_limit(rigid_rate)
+            self.rigid.set_limit(limits.rigid_rate)
         control = np.zeros(names.CONTROL + (self.loads is not None))
-        control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
+        control[: names.ROWS_DONE] = start, rows, before, after, self._exact, limits.jacobian, limits.energy
         control[names.KNOWN] = float(self.force.surface_known)
-        control[names.FIRST], control[names.RATE_LIMIT], control[names.TOUCHING_LIMIT] = 1.0, viscous_rate, touching
+        control[names.FIRST] = 1.0
+        control[names.RATE_LIMIT], control[names.TOUCHING_LIMIT] = limits.viscous_rate, limits.touching
         if start == names.BOUNDARY and self.copies is None:
             self._measure_viscosity(u, v, before)
         control = self._go(control, u, v)
