@@ -154,7 +154,11 @@ class Plan:
 
 
 def plan(scene: Scene) -> Plan:
-    """Plan a scene. Raises `InputError` where the contact set cannot be made massless."""
+    """Plan a scene: decide which terms, arrays and kernels its run has, and what they cost, without starting it.
+
+    Returns a `Plan`: `describe()` is its text, `bodies` has the masses, removal and contact lists of every body. Raises
+    `InputError` where the contact set cannot be made massless, and for options that the scene has no use for.
+    """
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     planned = Plan(scene, tuple(_plan_body(scene, index) for index in range(len(scene.bodies))))

@@ -175,7 +175,7 @@ class DeviceContactSteps(DeviceTermSteps):
         return surface_corners(places, domain.contact.nodes)
 
     def viscous_force(self, u: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Viscous force [3n] of a small step [3n] to u [3n], times its length in time; 0 without viscous cells."""
+        """Return the viscous force [3n] of a small step [3n] to u [3n] times its duration; 0 without viscous cells."""
         return np.zeros_like(u) if self._cells is None else self._cells.product(u, step, self.measure_viscous)
 
     def measure_viscous(self, present: arrays.Array) -> None:

@@ -130,7 +130,7 @@ class SerialStep:
         rows: int = 1,
         limits: RowLimits = NO_LIMITS,
     ) -> int:
-        """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
+        """Do up to `rows` rows and return how many were done; start: PASS, BOUNDARY or PLACE of the kernel file.
 
         time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row
         beyond the limits, or with a static solve that did not converge.
@@ -209,7 +209,7 @@ class SerialStep:
         self.pairs.rebuild(arrays.get(u).reshape(-1, 3))
 
     def _go(self, control: np.ndarray, u: arrays.Array, v: arrays.Array) -> np.ndarray:
-        """One launch; returns `control` as it left it."""
+        """Launch the kernel once; return `control` as it left it."""
         if self.pairs is not None:
             rows = self.pairs.owned()  # larger ones may have taken their place
             first = self._first_row
@@ -238,11 +238,11 @@ class SerialStep:
         return values[1 + count :].reshape(self.rows_at_once, count, 6)
 
     def rows(self, count: int) -> np.ndarray:
-        """Raw rows [count, width] of the last run."""
+        """Return the raw rows [count, width] of the last run."""
         return arrays.get(self.raw).reshape(-1, self.width)[:count]
 
     def viscous_force(self, u: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Viscous force [3n] of a small step [3n] to u [3n], times its length in time; 0 without viscous cells."""
+        """Return the viscous force [3n] of a small step [3n] to u [3n] times its duration; 0 without viscous cells."""
         if self.cells is None:
             return np.zeros_like(u)
         cells = self.cells
@@ -268,5 +268,5 @@ class SerialStep:
         self.force.kernel = lambda *given: launch(*given[numbers:], *parts)
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of the launch itself."""
+        """Return the arrays of the launch itself."""
         return [self.raw, self.control, self.sums, *([] if self._scratch is None else [self._scratch])]
