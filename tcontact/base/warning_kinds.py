@@ -29,11 +29,11 @@ class LockingWarning(RuntimeWarning):
 
 
 class EnergyWarning(RuntimeWarning):
-    """A run ended with an energy error above 5 % of its largest kinetic and elastic energy; the text says what helps."""
+    """The energy error of a run exceeds 5 % of its largest kinetic and elastic energy; the text says what helps."""
 
 
 class LayerWarning(RuntimeWarning):
-    """The friction layers ended with an error of more than five times their tolerance; the text says what reduces it."""
+    """The friction layers ended with an error of more than five times their tolerance; the text says what helps."""
 
 
 class SlaveWarning(RuntimeWarning):
