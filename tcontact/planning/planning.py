@@ -44,8 +44,8 @@ from .describe import describe
 from .domain import Domain, domains_of
 from .lumped_mass import NodeMasses, node_areas
 from .measured import Layout, probe_columns
+from .node_order import inverse, lanes_apart, renumbered, slab_order
 from .node_volumes import body_volumes
-from .packing import inverse, lanes_apart, renumbered, slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .rigid import RigidPlan, names_of, rigid_parts

@@ -21,7 +21,7 @@ from ...contact.shared_solve import SharedSolve
 from ...device import arrays
 from ...device.team import Team
 from ...planning.measured import Layout, combined
-from ...planning.packing import inverse
+from ...planning.node_order import inverse
 from ...planning.partition.domain_part import DomainPart
 from ...scene.contact_models import MasslessContact
 from ...scene.scene import Scene
