@@ -141,7 +141,7 @@ def _place(head: np.ndarray, parts: dict[int, np.ndarray], first: int) -> None:
 
 
 def _of_contact(domain: Domain) -> tuple[dict[int, np.ndarray], int, np.ndarray]:
-    """Return the lists of the contact nodes, the count of numbers of their spreads, and their slopes [members, SLOPE]."""
+    """Return the lists of the contact nodes, the numbers that their spreads take, and the slopes [members, SLOPE]."""
     if domain.contact is None or domain.contact.graph is None:
         return {}, 0, np.zeros((0, places.SLOPE))
     graph = domain.contact.graph

@@ -30,7 +30,7 @@ from ..schemes.explicit.stable_step import StableStep, coarse, largest_rate, wit
 from .checkpoint.keeper import Keeper
 from .end_checks import end_warnings
 from .end_state import end_state
-from .guards import Guards, Stop
+from .guards import Guards, Stop, early_stop
 from .history import MOST_ROWS, History
 from .interrupts import interrupts
 from .precision import precision_of
@@ -236,7 +236,7 @@ class Run:
         self._keep(None)
         if stop is None:
             self._warn_held(row)
-            stop = _early_stop(time, end, failed, cut, keeper)
+            stop = early_stop(time, end, failed, cut, keeper)
         if snapshot is None:
             snapshot = self.snapshot(0.0, 0.0)
         result = self._result(stop, row_number, time, course.first_dt, snapshot, compiled - started, wall)
@@ -442,15 +442,3 @@ class Run:
             if known:
                 found[name] = max(known, key=lambda one: one.value)
         return found
-
-
-def _early_stop(time: float, end: float, failed: FunctionError | None, cut: str, keeper: Keeper | None) -> Stop | None:
-    """Return why a run without a fault ends at a time [s]: a function failed, or a signal `cut` it; None at its end."""
-    kept = f"at t = {time:.6g} s; everything up to then is kept"
-    if failed is not None:
-        return Stop("function-failed", f"{failed}; stopped {kept}")
-    if time >= end:
-        return None
-    if keeper is not None and keeper.written:
-        kept += f"; `tcontact resume {keeper.folder}` goes on from there"
-    return Stop("interrupted", f"stopped by {cut} {kept}")
