@@ -62,7 +62,7 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
         return StaticSolver(model.solver == "projected-gradient", "asked for")
     if hindrance:
         return StaticSolver(False, f"there is {hindrance}")
-    own = [block.own for block in body.touching]
+    own = [block.own for block in body.contact_blocks]
     poisson = max((block.material.poisson for block in own), default=0.0)
     if contact.removal == "full" and poisson > FULL_POISSON + ROUNDING:
         return StaticSolver(True, f"poisson {poisson:.5g} with full removal")
@@ -78,7 +78,7 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
 def check_poisson(scene: Scene, body: BodyPlan) -> None:
     """Raise `InputError` where full removal makes the static solve of averaged volume changes ill-conditioned."""
     assert body.contact is not None
-    own = [block.own for block in body.touching if block.own.formulation == AVERAGED]
+    own = [block.own for block in body.contact_blocks if block.own.formulation == AVERAGED]
     poisson = max((block.material.poisson for block in own), default=0.0)
     if body.contact.removal != "full" or not own:
         return
@@ -124,7 +124,7 @@ def height_over_width(body: BodyPlan) -> float:
     """
     assert body.contact is not None
     found = []
-    for block in body.touching:
+    for block in body.contact_blocks:
         cells = block.cells[block.contact]
         named = cells if body.images is None else body.images.master[cells]
         massless = np.isin(named, body.contact.nodes)

@@ -305,7 +305,7 @@ class Run:
             factor = 1.0 if self.shape is None else self.shape.factor
             stop_at["viscous_rate"] = largest_rate(self._elastic * factor, self.dt / CLOSE, self._damped * factor**2)
         if self.shape is not None and stop_at:
-            stop_at["touching"] = self.shape.touching_limit()
+            stop_at["contact_nodes"] = self.shape.touching_limit()
         if self.rigid is not None:
             stop_at["rigid_rate"] = self.rigid.largest_rate(self)
         try:

@@ -71,7 +71,7 @@ class DeviceSteps:
         if found.shape[1] > places.shared.kinetic:
             total = total + found[:, places.shared.kinetic]
         if found.shape[1] > places.shared.contact_nodes:  # a domain without contact has no limit of them
-            calm = calm & ~(found[:, places.shared.contact_nodes] > limits.touching)
+            calm = calm & ~(found[:, places.shared.contact_nodes] > limits.contact_nodes)
         calm = calm & (total <= limits.energy)
         if self._rate_place is not None:
             calm = calm & (found[:, self._rate_place] <= limits.rigid_rate)

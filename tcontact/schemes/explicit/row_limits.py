@@ -11,13 +11,13 @@ class RowLimits(NamedTuple):
     """Values of a row of the history up to which the next step may follow in the same launch.
 
     jacobian: smallest det F, which must stay above it; energy: kinetic and elastic [J]; viscous_rate: of the bulk
-    viscosity [1/s]; touching: number of nodes in contact; rigid_rate: of obstacles that move freely [1/s^2].
+    viscosity [1/s]; contact_nodes: number of nodes in contact; rigid_rate: of obstacles that move freely [1/s^2].
     """
 
     jacobian: float = -np.inf
     energy: float = np.inf
     viscous_rate: float = np.inf
-    touching: float = np.inf
+    contact_nodes: float = np.inf
     rigid_rate: float = np.inf
 
 

@@ -147,7 +147,7 @@ class SerialStep:
         control[: names.ROWS_DONE] = start, rows, before, after, self._exact, limits.jacobian, limits.energy
         control[names.KNOWN] = float(self.force.surface_known)
         control[names.FIRST] = 1.0
-        control[names.RATE_LIMIT], control[names.TOUCHING_LIMIT] = limits.viscous_rate, limits.touching
+        control[names.RATE_LIMIT], control[names.CONTACT_LIMIT] = limits.viscous_rate, limits.contact_nodes
         if start == names.BOUNDARY and self.copies is None:
             self._measure_viscosity(u, v, before)
         control = self._go(control, u, v)

@@ -315,7 +315,7 @@ class DomainState:
         """Return whether the steps may go on behind a row: it is within the limits, and its static solve converged."""
         total, lowest, rate, count, turn, trouble = self._watched(raw)
         within = total <= limits.energy and lowest > limits.jacobian
-        within = within and not count > limits.touching and not rate > limits.viscous_rate
+        within = within and not count > limits.contact_nodes and not rate > limits.viscous_rate
         return bool(within and turn <= limits.rigid_rate and not trouble)
 
     def _watched(self, raw: np.ndarray) -> Sequence[float]:
