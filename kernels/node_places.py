@@ -63,8 +63,8 @@ def places(block: int) -> Places:
 PLACES = {block: places(block) for block in (1, 3)}
 
 
-class Rubbing(NamedTuple):
-    """First component of each number of sweeps with friction where a node has one row (static/rubbing.py).
+class FrictionPlaces(NamedTuple):
+    """First component of each number of sweeps with friction where a node has one row (static/friction_lanes.py).
 
     response: D^-1 n; across: T in the massless components, row by row; turned: D^-1 T^t, column by column; mobility:
     entries 11, 12, 22 of T D^-1 T^t; coupling: T D^-1 n; slip: before the sweeps; friction: of the last sweep;
@@ -87,4 +87,4 @@ class Rubbing(NamedTuple):
     end: int = 29
 
 
-RUBBING = Rubbing()
+FRICTION_PLACES = FrictionPlaces()

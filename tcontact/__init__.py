@@ -191,7 +191,7 @@ StoredResult.made_again = staticmethod(
 
 
 def __getattr__(name: str) -> Any:
-    """Parts that are imported when first used, and modules by their old names."""
+    """Return a part that is imported when it is first used, or a module by its old name."""
     if name == "friction_layer" or moved.destination(name):
         return import_module(f"{__name__}.{name}")
     guess = _hint(name, __all__).rstrip()

@@ -11,7 +11,7 @@ from tcontact.contact.static_solve import contact_blocks
 from tcontact.device import arrays
 
 Bodies = namedtuple("Bodies", "params position u memory")
-Contacts = namedtuple("Contacts", "basis")
+Contacts = namedtuple("Contacts", "basis options")
 Pairs = namedtuple("Pairs", "blocks cell_nodes shape_gradients start corners nodes values")
 
 
@@ -22,6 +22,7 @@ def tangent_kernel(kind, law, block, plain):
 
     from tcontact.kernels.elements import FUNCTIONS
     from tcontact.kernels.language.arguments import ARRAY, INDEX
+    from tcontact.kernels.language.bundles import ContactOptions
     from tcontact.kernels.static.reduced_tangent import make_reduced_tangent
     from tcontact.kernels.static.surface_tangent import make_surface_tangent
 
@@ -37,7 +38,7 @@ def tangent_kernel(kind, law, block, plain):
     ):  # fmt: skip
         body = ti.static(Bodies(params, position, u, memory))
         lists = ti.static(Pairs(blocks, cell_nodes, shape_gradients, start, corners, nodes, values))
-        tangent(body, ti.static(Contacts(basis)), lists, 0)
+        tangent(body, ti.static(Contacts(basis, ContactOptions())), lists, 0)
 
     return kernel
 

@@ -7,6 +7,7 @@ counts launches, copies and waiting, and can run the threads of a launch in reve
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -14,6 +15,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 from conftest import SHORT
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -38,6 +40,16 @@ def missing() -> str:
     if not FAKE.is_file():
         return "no CUDA device, and no fake_cuda.sh (set TCONTACT_FAKE_CUDA to its path)"
     return "" if shutil.which("gcc") else "no CUDA device; fake_cuda.sh needs gcc"
+
+
+def register_tool() -> Path:
+    """Return the program that counts registers and spills of PTX; the test is skipped where it cannot run."""
+    tool = FAKE.parent / "registers.py"
+    if real() or not tool.is_file():
+        pytest.skip("PTX is kept by fake_cuda.sh alone")
+    if importlib.util.find_spec("nvidia") is None and shutil.which("ptxas") is None:
+        pytest.skip("no ptxas: pip install 'tcontact[cuda-test]'")
+    return tool
 
 
 def results(folder: Path, reverse: bool = False, worker: Path = WORKER) -> dict[str, np.ndarray]:

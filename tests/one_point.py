@@ -64,3 +64,13 @@ class Force:
 def moved(mesh, share=0.1, seed=1):
     """A random displacement of a share of a cell."""
     return share * 0.06 * np.random.default_rng(seed).uniform(-1, 1, mesh.nodes.shape)
+
+
+def check_turning(body, force, share):
+    """Check that a rotation of the moved body turns its forces and leaves its energy; share: see `moved`."""
+    nodes, u, turn = body.mesh.nodes, moved(body.mesh, share), meshes.rotation(9)
+    before = force(u)
+    energy = force.energy
+    after = force((nodes + u) @ turn.T - nodes)
+    assert np.abs(after - before @ turn.T).max() <= 1e-12 * np.abs(before).max()
+    assert abs(force.energy - energy) <= 1e-12 * energy

@@ -38,6 +38,17 @@ def bar(cells, across, start, speed, name, young=1.0, kind="hex8", law=tc.Linear
     return tc.Body(mesh, soft(law, young, 0.0), (0, 0, speed), contact=contact, name=name)
 
 
+def mirror_images():
+    """Return two linear cubes, "up" and "low", that are mirror images in the plane z = 0 and meet there."""
+    mesh = tc.box_mesh((1, 1, 1), (4, 4, 4), origin=(0, 0, 0.001))
+    mirrored = tc.Mesh(mesh.nodes * (1, 1, -1), mesh.cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], "hex8",
+                       face_sets={"zmax": mesh.face_sets["zmin"]})  # fmt: skip
+    law = soft(tc.LinearElastic)
+    one = tc.Body(mesh, law, (0, 0, -0.02), contact="zmin", name="up")
+    other = tc.Body(mirrored, law, (0, 0, 0.02), contact="zmax", name="low")
+    return one, other
+
+
 def total(result, name):
     """Return the largest change of a history column over its largest value at the start."""
     column = result.history[name]

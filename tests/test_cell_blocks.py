@@ -157,7 +157,7 @@ def test_impact_on_contact_cells_of_two_kinds_and_materials_keeps_the_ledger(mes
     body = way(mesh())
     scene = thrown(body, removal, **({"obstacles": [CEILING]} if way is rising else {}))
     contact = tc.plan(scene).bodies[0]
-    assert len(contact.touching) == count  # kinds times materials
+    assert len(contact.contact_blocks) == count  # kinds times materials
     result = tc.simulate(scene, FINE)
     for check in (ck.finished(result), ck.momentum_balance(result, 1e-11), ck.energy(result, 6e-3),
                   ck.no_overlap(result), ck.pushing(result), ck.touched(result)):  # fmt: skip
@@ -191,7 +191,7 @@ def test_the_mass_of_contact_nodes_goes_to_their_neighbours_by_distance(way):
 def test_the_contact_graph_has_every_pair_of_corners_of_a_cell_once(mesh):
     plan = tc.plan(thrown(rising(mesh()), "full", obstacles=[CEILING])).bodies[0]
     graph, number = plan.contact.graph, 0
-    for block in plan.touching:
+    for block in plan.contact_blocks:
         for cell in block.cells[block.contact]:
             own = slice(graph.pair_start[number], graph.pair_start[number + 1])
             places = np.flatnonzero(np.isin(cell, plan.contact.nodes))

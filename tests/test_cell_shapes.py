@@ -13,7 +13,8 @@ from tcontact.cells import internal_force
 from tcontact.device import arrays
 from tcontact.kernels.language.signatures import signature_of
 from tcontact.planning import cell_shapes
-from tcontact.planning.packing import WIDTH, lanes_apart
+from tcontact.planning.node_order import lanes_apart
+from tcontact.planning.packing import WIDTH
 
 SHEAR = np.array([[1.0, 0.3, -0.2], [0.1, 1.2, 0.15], [-0.25, 0.05, 0.9]])
 

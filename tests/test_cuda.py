@@ -1,7 +1,5 @@
 """CUDA: what a device computes is what the CPU computes, in any order of threads, without waiting within a block."""
 
-import importlib.util
-import shutil
 import subprocess
 import sys
 
@@ -166,11 +164,7 @@ def test_a_search_for_the_stable_step_asks_the_device_once(found):
 
 def test_registers_and_spills(found, folder):
     """No kernel of a step needs more registers than a thread has, and few of their values go to memory."""
-    tool = cuda_device.FAKE.parent / "registers.py"
-    if cuda_device.real() or not tool.is_file():
-        pytest.skip("PTX is kept by fake_cuda.sh alone")
-    if importlib.util.find_spec("nvidia") is None and shutil.which("ptxas") is None:
-        pytest.skip("no ptxas: pip install 'tcontact[cuda-test]'")
+    tool = cuda_device.register_tool()
     over: list[str] = []
     names = list(cuda_scenes.FORCES)  # in the order in which the worker compiles them
     for module in sorted(folder.glob("module_*.ptx")):

@@ -1,7 +1,5 @@
 """Contact on CUDA: threads step the boundary nodes as the CPU does, without waiting within a block of rows."""
 
-import importlib.util
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -177,11 +175,7 @@ def test_the_memory_of_a_run_is_foreseen(found, name):
 
 def test_registers_and_spills(found, folder):
     """The block of threads keeps its values in registers, but for the corners of a cell in the tangent."""
-    tool = cuda_device.FAKE.parent / "registers.py"
-    if cuda_device.real() or not tool.is_file():
-        pytest.skip("PTX is kept by fake_cuda.sh alone")
-    if importlib.util.find_spec("nvidia") is None and shutil.which("ptxas") is None:
-        pytest.skip("no ptxas: pip install 'tcontact[cuda-test]'")
+    tool = cuda_device.register_tool()
     parts = ("device_contact_step", "device_pass", "device_start", "device_layers")
     kept, most, over = dict.fromkeys(parts, 0), np.zeros(2, dtype=int), []
     for module in sorted(folder.glob("module_*.ptx")):

@@ -96,7 +96,7 @@ def resisting_in_lanes(mobilities, slips, most, start):
     from tcontact.kernels.language.arguments import ARRAY
     from tcontact.kernels.language.compile_options import KEEP_VECTORS, compiled_with
     from tcontact.kernels.language.vectors import load, store
-    from tcontact.kernels.static.rubbing import coulomb_lanes
+    from tcontact.kernels.static.friction_lanes import coulomb_lanes
 
     count = -(-len(most) // LANES) * LANES
 

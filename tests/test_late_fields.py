@@ -10,7 +10,7 @@ import pytest
 
 from tcontact.results.files import frame_server
 from tcontact.results.files.frame_process import FrameProcess
-from tcontact.results.files.late_fields import Late, Part, whole
+from tcontact.results.files.late_fields import LateField, Part, whole
 from tcontact.results.files.vtkhdf import ResultData, ResultFile
 
 POINTS, CELLS = np.random.default_rng(1).normal(size=(8, 3)), np.arange(8)[None]
@@ -37,7 +37,7 @@ def test_a_velocity_is_between_two_half_steps_with_the_massless_part_added():
 def test_values_of_some_nodes_are_zero_elsewhere_and_bodies_follow_each_other():
     force = Part("spread", (np.ones((2, 3)),), (np.array([3, 1]),), (4.0,))
     other = Part("renumbered", (np.arange(6.0).reshape(2, 3),), (np.array([1, 0]),))
-    values = whole(Late((force, other)))
+    values = whole(LateField((force, other)))
     assert values.tolist() == [[0.0] * 3, [1.0] * 3, [0.0] * 3, [1.0] * 3, [3.0, 4.0, 5.0], [0.0, 1.0, 2.0]]
     assert whole(values) is values
 
@@ -50,8 +50,8 @@ def test_the_process_puts_the_fields_of_every_frame_together(file, tmp_path):
 
     def field(number, moving):
         return {
-            "u": Late((Part("renumbered", (moving,), (place,)),)),
-            "f": Late((Part("spread", (np.full(2, number),), (nodes,), (8.0,)),)),
+            "u": LateField((Part("renumbered", (moving,), (place,)),)),
+            "f": LateField((Part("spread", (np.full(2, number),), (nodes,), (8.0,)),)),
         }
 
     rows = np.arange(24.0).reshape(8, 3)

@@ -8,7 +8,8 @@ from oracle.meshes import HEX_TO_TETS
 
 from tcontact.base.errors import InputError
 from tcontact.kernels import lanes
-from tcontact.planning.packing import Block, pack_blocks, pack_cells, slab_order
+from tcontact.planning.node_order import slab_order
+from tcontact.planning.packing import Block, pack_blocks, pack_cells
 
 
 def grid(counts, levels=None):

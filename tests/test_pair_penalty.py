@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from oracle import meshes
-from pair_scenes import bar, oblique_cubes, soft, total, touches
+from pair_scenes import bar, mirror_images, oblique_cubes, soft, total, touches
 from test_pair_rows import KINDS, facing_of, summed
 from test_pair_runs import rings
 from test_resume import split
@@ -104,12 +104,7 @@ def test_a_node_beside_the_edge_of_a_tilted_master_has_no_row_behind_the_other_f
 
 def test_a_body_against_its_mirror_image_is_a_body_against_a_plane_of_twice_the_stiffness():
     """Both go half the overlap beyond the plane of symmetry; the master's faces bend, and their normals with them."""
-    mesh = tc.box_mesh((1, 1, 1), (4, 4, 4), origin=(0, 0, 0.001))
-    mirrored = tc.Mesh(mesh.nodes * (1, 1, -1), mesh.cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], "hex8",
-                       face_sets={"zmax": mesh.face_sets["zmin"]})  # fmt: skip
-    law = soft(tc.LinearElastic)
-    one = tc.Body(mesh, law, (0, 0, -0.02), contact="zmin", name="up")
-    other = tc.Body(mirrored, law, (0, 0, 0.02), contact="zmax", name="low")
+    one, other = mirror_images()
     scheme, stiffness = tc.CentralDifference(dt=0.05), 8.0
     alone = tc.simulate(tc.Scene([one], [tc.Plane()], 3.0, contact=tc.PenaltyContact(2.0 * stiffness)), scheme)
     both = tc.simulate(tc.Scene([one, other], duration=3.0, contact=tc.PenaltyContact(stiffness)), scheme)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from oracle import meshes
-from pair_scenes import OBLIQUE, bar, oblique_cubes, soft, total, touches, touching, variation
+from pair_scenes import OBLIQUE, bar, mirror_images, oblique_cubes, soft, total, touches, touching, variation
 
 import tcontact as tc
 
@@ -114,12 +114,7 @@ def test_contact_never_shortens_the_stable_step(young):
 
 
 def test_a_body_against_its_mirror_image_is_a_body_against_a_plane():
-    mesh = tc.box_mesh((1, 1, 1), (4, 4, 4), origin=(0, 0, 0.001))
-    mirrored = tc.Mesh(mesh.nodes * (1, 1, -1), mesh.cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], "hex8",
-                       face_sets={"zmax": mesh.face_sets["zmin"]})  # fmt: skip
-    law = soft(tc.LinearElastic)
-    one = tc.Body(mesh, law, (0, 0, -0.02), contact="zmin", name="up")
-    other = tc.Body(mirrored, law, (0, 0, 0.02), contact="zmax", name="low")
+    one, other = mirror_images()
     contact, scheme = tc.MasslessContact("full", tolerance=1e-8), tc.CentralDifference(dt=0.1)
     alone = tc.simulate(tc.Scene([one], [tc.Plane()], 3.0, contact=contact), scheme)
     both = tc.simulate(tc.Scene([one, other], duration=3.0, contact=contact), scheme)

@@ -74,7 +74,7 @@ def test_single_rows_are_sampled_where_a_kernel_takes_no_further_array(monkeypat
     scene = tc.Scene(body, duration=0.05)
     many = tc.simulate(scene, out=tmp_path / "run")
     launched, run = [], SerialStep.run
-    monkeypatch.setattr(signatures, "MOST", 16)  # as many as the kernel has without samples
+    monkeypatch.setattr(signatures, "MAXIMUM_ARGUMENTS", 16)  # as many as the kernel has without samples
 
     def counted(self, *arguments, **options):
         launched.append(self.samples() is None)

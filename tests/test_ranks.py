@@ -16,6 +16,7 @@ import tcontact as tc
 from tcontact.base.errors import InputError
 from tcontact.device import ranks
 from tcontact.lab.bench.rank_steps import model
+from tcontact.planning.partition.cell_graph import CellGraph
 from tcontact.planning.partition.cut import cut_beside
 from tcontact.run.rank_run import check_ranks
 from tcontact.schemes.explicit.rank_state import RankState
@@ -122,7 +123,7 @@ def test_an_error_in_a_script_is_told_once():
 def test_too_many_ranks_for_the_free_cells_are_refused():
     mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
     with pytest.raises(InputError, match="start at most 1 ranks"):
-        cut_beside(mesh.blocks, mesh.node_count, 2, np.arange(8))
+        cut_beside(lambda: CellGraph.of(mesh.blocks, mesh.node_count), 8, 2, np.arange(8))
 
 
 def test_without_a_launcher_there_is_one_rank_and_no_mpi(monkeypatch):

@@ -110,7 +110,7 @@ def test_weights_of_one_cell_are_inverse_distances():
 
 
 def test_weights_inside_every_layer_are_inverse_distances():
-    """A bent and tapered column of three cells: each of the four givers hands a third of its mass to every layer."""
+    """A bent and tapered column of three cells: each of the four donors hands a third of its mass to every layer."""
     box = tc.box_mesh((0.2, 0.3, 0.4), (1, 1, 3))
     x, y, z = box.nodes.T
     mesh = tc.Mesh(np.stack([x + z**2, y * (1.0 + z), z], axis=1), box.cells, "hex8", face_sets=box.face_sets)

@@ -11,7 +11,7 @@ from scenes import block, state_of
 import tcontact as tc
 from tcontact.kernels.language.arguments import Array, Index, Shared
 from tcontact.kernels.language.joint_lists import joined
-from tcontact.kernels.language.signatures import MOST as LIMIT
+from tcontact.kernels.language.signatures import MAXIMUM_ARGUMENTS as LIMIT
 from tcontact.kernels.language.signatures import arguments, kernel_of, signature_of
 from tcontact.kernels.language.solve_bundles import PAIR_LISTS, JointPairs
 

@@ -22,6 +22,7 @@ from ..lanes import (
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.point_memory import constants_of
 from ..language.signatures import Signature, kernel_of
+from ..language.threads import turns_of
 from ..materials import LAWS
 from .shape_rate import rate_of, stiffening
 
@@ -86,7 +87,7 @@ def make_device_shape_rates(kinds: tuple[tuple[str, str], ...], signature: Signa
             at = head + PART * lists.parts[i]
             end = lists.parts[head + PART * (lists.parts[i + 1] - 1) + END_LANE]
             most = [0.0, 0.0]
-            for turn in range((end - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, end)):
                 lane = t + turn * threads
                 while lane >= lists.parts[at + END_LANE]:
                     put_maximum(shape, 1 + 2 * ((lists.parts[at + PART_MATERIAL] - first_material) // size), most)

@@ -6,7 +6,7 @@ Row r = k * slots + p is constraint p of contact node k; d is the displacement o
 search fills the rows: the gap g (open positive), the unit normal n into the body, the size of the lengths whose
 difference g is (for its rounding error), and the velocity of the partner at the node. obstacle_rows.py does this for
 rigid obstacles, whose rows have one node of weight 1. Penalty, impulses, prediction, static solve and friction read
-rows only. They set the force of every row; `hand_over` applies it to the node, and the search that filled the row
+rows only. They set the force of every row; `apply_rows` applies it to the node, and the search that filled the row
 computes the load of the partner from it.
 """
 
@@ -84,7 +84,7 @@ def sum_of_rows(rows: ti.template(), k, place: ti.template()):
 
 
 @ti.func
-def hand_over_node(body: ti.template(), contact: ti.template(), rows: ti.template(), k):
+def apply_rows_to_node(body: ti.template(), contact: ti.template(), rows: ti.template(), k):
     """Apply the forces of its rows to contact node k, and return their sum [3] [N].
 
     special_force is the internal force less the contact force.
@@ -97,13 +97,13 @@ def hand_over_node(body: ti.template(), contact: ti.template(), rows: ti.templat
 
 
 @ti.func
-def hand_over(body: ti.template(), contact: ti.template(), rows: ti.template()):
+def apply_rows(body: ti.template(), contact: ti.template(), rows: ti.template()):
     """Apply the forces of the rows to the contact nodes, and sum them up."""
     force = ti.Vector.zero(ti.f64, 3)
     pressed = 0.0
     for turn in range(turns(contact, node_count(contact))):
         k = item(contact, turn)
-        total = hand_over_node(body, contact, rows, k)
+        total = apply_rows_to_node(body, contact, rows, k)
         force += counted(contact, k) * total
         if total.norm() > 0.0:
             pressed += counted(contact, k)
@@ -111,7 +111,7 @@ def hand_over(body: ti.template(), contact: ti.template(), rows: ti.template()):
 
 
 @ti.func
-def hand_over_friction(body: ti.template(), contact: ti.template(), rows: ti.template()):
+def apply_kick_friction(body: ti.template(), contact: ti.template(), rows: ti.template()):
     """Apply the friction of the kick to the contact nodes, and add it to the sum of the contact forces.
 
     With obstacles that move freely its part in massless components, where normals have turned since the start, acts on

@@ -102,9 +102,8 @@ def press_free(
 
 @ti.func
 def wall_acceleration(
-    rigid: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), body: ti.template(),
-    k, r,
-):  # fmt: skip
+    rigid: ti.template(), obstacles: ti.template(), contact: ti.template(), body: ti.template(), k, r
+):
     """Return the acceleration [3] of the obstacle of row r at node k by its present force; 0 unless it moves freely."""
     p = obstacles.candidates[r]
     result = ti.Vector.zero(ti.f64, 3)
@@ -117,10 +116,7 @@ def wall_acceleration(
 
 
 @ti.func
-def point_softness(
-    rigid: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), body: ti.template(),
-    k, r,
-):  # fmt: skip
+def point_mobility(rigid: ti.template(), obstacles: ti.template(), contact: ti.template(), body: ti.template(), k, r):
     """Return the acceleration [3, 3] of the obstacle of row r at node k by a unit force there."""
     p = obstacles.candidates[r]
     result = ti.Matrix.zero(ti.f64, 3, 3)

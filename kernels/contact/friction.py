@@ -19,7 +19,7 @@ from ..language.threads import leader
 # unit force [m/(s N)] and the mean of the speeds before and after the kick; work [J] and force [N] of friction in the
 # last kick or step; displacement (3) [m] from which the static solve measures slip; then the laws (friction_laws.py)
 SLIP_SPEED, STEP, FIRST = 0, 1, 2
-LIMIT, SPEED, SOFTNESS, MEAN_SPEED, WORK, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5, 6
+LIMIT, SPEED, MOBILITY, MEAN_SPEED, WORK, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5, 6
 NODE = FRICTION_NODE
 
 SINGULAR = 1e-12  # W is singular when its determinant is below this times its trace squared

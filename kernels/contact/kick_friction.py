@@ -18,13 +18,13 @@ from ..language.threads import item, leader, over_threads, put_sums, turns
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
 from .constraint_rows import friction_cone, normal_of, number_of, set_vector, vector_of, velocity_of
-from .free_obstacles import begin_free_friction, point_softness, press_free, wall_acceleration
+from .free_obstacles import begin_free_friction, point_mobility, press_free, wall_acceleration
 from .friction import (
     FORCE,
     LIMIT,
     MEAN_SPEED,
+    MOBILITY,
     SLIP_SPEED,
-    SOFTNESS,
     SPEED,
     WORK,
     add_work,
@@ -168,12 +168,12 @@ def kick_friction_node(
                             others += ti.Vector([forces[q, j] for j in ti.static(range(3))])
                     across = tangents(normal_of(rows, r))
                     wall = velocity_of(rows, r, rows.at.velocity)
-                    softness = flexible
+                    relative_mobility = flexible
                     if ti.static(contact.options.free):
                         own = ti.Vector([forces[p, j] for j in ti.static(range(3))])
-                        given = point_softness(rigid, obstacles, rows, contact, body, k, r)
-                        wall += span * (wall_acceleration(rigid, obstacles, rows, contact, body, k, r) + given @ own)
-                        softness += given
+                        given = point_mobility(rigid, obstacles, contact, body, k, r)
+                        wall += span * (wall_acceleration(rigid, obstacles, contact, body, k, r) + given @ own)
+                        relative_mobility += given
                     relative = velocity + span * (acceleration + flexible @ others) - wall
                     if ti.static(contact.options.static_friction):
                         relative = without_massless_components(contact, k, relative)
@@ -184,7 +184,7 @@ def kick_friction_node(
                         limit = ti.sqrt(ti.max(0.0, limit * limit - there.dot(there)))
                     if ti.static(contact.options.layered):
                         limit = ti.min(limit, contact.friction[node_place(k, LIMIT)])
-                    mobility = span * (across @ softness @ across.transpose())
+                    mobility = span * (across @ relative_mobility @ across.transpose())
                     if mobility[0, 0] + mobility[1, 1] <= 0.0:
                         limit = 0.0  # no mass: its friction is that of the static solve
                     force = across.transpose() @ friction_force(
@@ -208,7 +208,7 @@ def kick_friction_node(
             first = velocity - velocity_of(rows, k * slots + p, rows.at.velocity)
             rate = acceleration
             if ti.static(contact.options.free):
-                rate = rate - wall_acceleration(rigid, obstacles, rows, contact, body, k, k * slots + p)
+                rate = rate - wall_acceleration(rigid, obstacles, contact, body, k, k * slots + p)
             middle = first + before * rate
             last = first + span * rate
             early = 0.0 - 0.5 * before * force.dot(first + middle)
@@ -260,5 +260,5 @@ def layer_slip_node(
                 mean = 0.5 * slip.dot(slip + across @ (velocity - wall)) / speed
                 mobility = slip.dot(span * (across @ flexible @ across.transpose()) @ slip) / (speed * speed)
     contact.friction[node_place(k, SPEED)] = speed
-    contact.friction[node_place(k, SOFTNESS)] = mobility
+    contact.friction[node_place(k, MOBILITY)] = mobility
     contact.friction[node_place(k, MEAN_SPEED)] = mean

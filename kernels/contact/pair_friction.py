@@ -23,8 +23,8 @@ from .friction import (
     FORCE,
     LIMIT,
     MEAN_SPEED,
+    MOBILITY,
     SLIP_SPEED,
-    SOFTNESS,
     SPEED,
     WORK,
     friction_force,
@@ -41,10 +41,18 @@ CHANGE = 1e-10  # change of a force over the largest friction that a row can tra
 
 
 @ti.func
-def velocity_after(coupling: ti.template(), s):
-    """Return the velocity [3] [m/s] of boundary node s after the kick, with the friction of the last sweep."""
-    first = coupling.lists[VELOCITIES] + 3 * s
-    return ti.Vector([coupling.values[first + j] for j in ti.static(range(3))])
+def node_velocity(body: ti.template(), boundary: ti.template(), coupling: ti.template(), s, after: ti.template()):
+    """Return the velocity [3] [m/s] of boundary node s before or after the kick.
+
+    after: after it, with the friction of the last sweep.
+    """
+    velocity = ti.Vector.zero(ti.f64, 3)
+    if ti.static(after):
+        first = coupling.lists[VELOCITIES] + 3 * s
+        velocity = ti.Vector([coupling.values[first + j] for j in ti.static(range(3))])
+    else:
+        velocity = row(body.v, boundary.nodes[s])
+    return velocity
 
 
 @ti.func
@@ -74,7 +82,9 @@ def partner(coupling: ti.template(), rows: ti.template(), k, p):
 
 
 @ti.func
-def push(body: ti.template(), boundary: ti.template(), coupling: ti.template(), damped: ti.template(), k, r, impulse):
+def apply_impulse(
+    body: ti.template(), boundary: ti.template(), coupling: ti.template(), damped: ti.template(), k, r, impulse
+):
     """Let an impulse [3] [N s] act on contact node k, and backward on the masters of row r of pairs (-1: none)."""
     accelerate(coupling, k, mobility_of(body, boundary, damped, k) @ impulse)
     if r >= 0:
@@ -85,24 +95,18 @@ def push(body: ti.template(), boundary: ti.template(), coupling: ti.template(), 
 
 
 @ti.func
-def slip_speed(coupling: ti.template(), rows: ti.template(), k, p, r):
-    """Return the velocity [3] after the kick of contact node k relative to the partner of its row p (pairs: r)."""
-    relative = velocity_after(coupling, k)
+def relative_velocity(
+    body: ti.template(), boundary: ti.template(), coupling: ti.template(), rows: ti.template(), k, p, r,
+    after: ti.template(),
+):  # fmt: skip
+    """Return the velocity [3] [m/s] of contact node k relative to the partner of its row p.
+
+    r: the row of pairs that row p is, -1 for an obstacle; after: as in `node_velocity`.
+    """
+    relative = node_velocity(body, boundary, coupling, k, after)
     if r >= 0:
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
-            relative = relative - weight(coupling, i) * velocity_after(coupling, entry(coupling, MASTERS, i))
-    else:
-        relative = relative - velocity_of(rows, k * ti.static(rows.options.slots) + p, rows.at.velocity)
-    return relative
-
-
-@ti.func
-def slip_before(body: ti.template(), boundary: ti.template(), coupling: ti.template(), rows: ti.template(), k, p, r):
-    """Return the velocity [3] before the kick of contact node k relative to the partner of its row p (pairs: r)."""
-    relative = row(body.v, boundary.nodes[k])
-    if r >= 0:
-        for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
-            there = row(body.v, boundary.nodes[entry(coupling, MASTERS, i)])
+            there = node_velocity(body, boundary, coupling, entry(coupling, MASTERS, i), after)
             relative = relative - weight(coupling, i) * there
     else:
         relative = relative - velocity_of(rows, k * ti.static(rows.options.slots) + p, rows.at.velocity)
@@ -154,7 +158,7 @@ def start_from_last_kick(
             start = ti.Vector.zero(ti.f64, 3)
             set_vector(rows, number, rows.at.kick_friction, start)
         if start.norm_sqr() > 0.0:
-            push(body, boundary, coupling, damped, k, partner(coupling, rows, k, p), span * start)
+            apply_impulse(body, boundary, coupling, damped, k, partner(coupling, rows, k, p), span * start)
 
 
 @ti.func
@@ -176,7 +180,8 @@ def slip_of_row(
     flexible = row_mobility(body, boundary, coupling, damped, k, r)
     mobility = span * (across @ flexible @ across.transpose())
     own = across @ vector_of(rows, number, rows.at.kick_friction)
-    return across @ slip_speed(coupling, rows, k, p, r) - mobility @ own, mobility
+    last = relative_velocity(body, boundary, coupling, rows, k, p, r, True)
+    return across @ last - mobility @ own, mobility
 
 
 @ti.func
@@ -192,19 +197,20 @@ def layer_slip_of_pairs(
     slots = ti.static(contact.options.slots)
     start_from_last_kick(body, boundary, contact, rows, coupling, damped)
     for k in range(node_count(contact)):
-        largest, speed, softness, mean = 0.0, 0.0, 0.0, 0.0
+        largest, speed, along, mean = 0.0, 0.0, 0.0, 0.0
         for p in range(slots):
             number = k * slots + p
             if number_of(rows, number, rows.at.pressing) > largest:
                 largest = number_of(rows, number, rows.at.pressing)
                 slip, mobility = slip_of_row(body, boundary, contact, rows, coupling, damped, number)
-                first = slip_before(body, boundary, coupling, rows, k, p, partner(coupling, rows, k, p))
-                speed, softness, mean = slip.norm(), 0.0, 0.0
+                r = partner(coupling, rows, k, p)
+                first = relative_velocity(body, boundary, coupling, rows, k, p, r, False)
+                speed, along, mean = slip.norm(), 0.0, 0.0
                 if speed > 0.0:
                     mean = 0.5 * slip.dot(slip + tangents(normal_of(rows, number)) @ first) / speed
-                    softness = slip.dot(mobility @ slip) / (speed * speed)
+                    along = slip.dot(mobility @ slip) / (speed * speed)
         contact.friction[node_place(k, SPEED)] = speed
-        contact.friction[node_place(k, SOFTNESS)] = softness
+        contact.friction[node_place(k, MOBILITY)] = along
         contact.friction[node_place(k, MEAN_SPEED)] = mean
 
 
@@ -255,7 +261,9 @@ def settle_pair_friction(
                     )
                     change = ti.max(change, (force - old).norm())
                     set_vector(rows, number, rows.at.kick_friction, force)
-                    push(body, boundary, coupling, damped, k, partner(coupling, rows, k, p), span * (force - old))
+                    apply_impulse(
+                        body, boundary, coupling, damped, k, partner(coupling, rows, k, p), span * (force - old)
+                    )
     if ti.static(contact.options.layered and not contact.options.static_friction):
         for k in range(node_count(contact)):
             contact.friction[node_place(k, WORK)] = 0.0
@@ -266,8 +274,8 @@ def settle_pair_friction(
         if force.norm_sqr() > 0.0:
             k, p = number // slots, number % slots
             r = partner(coupling, rows, k, p)
-            first = slip_before(body, boundary, coupling, rows, k, p, r)
-            last = slip_speed(coupling, rows, k, p, r)
+            first = relative_velocity(body, boundary, coupling, rows, k, p, r, False)
+            last = relative_velocity(body, boundary, coupling, rows, k, p, r, True)
             middle = first + before / span * (last - first)
             early = early - counted(contact, k) * (0.5 * before * force.dot(first + middle))
             late = late - counted(contact, k) * (0.5 * after * force.dot(middle + last))

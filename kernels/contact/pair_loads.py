@@ -51,7 +51,7 @@ def count_rows(coupling: ti.template(), contact: ti.template(), rows: ti.templat
 
 
 @ti.func
-def hand_over_pairs(
+def apply_to_masters(
     coupling: ti.template(),
     boundary: ti.template(),
     body: ti.template(),

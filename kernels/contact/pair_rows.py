@@ -271,7 +271,7 @@ def followed(contact: ti.template(), rows: ti.template(), k, motion, block: ti.t
 
 
 @ti.func
-def handed_over(contact: ti.template(), rows: ti.template(), k, force, block: ti.template()):
+def force_on_masters(contact: ti.template(), rows: ti.template(), k, force, block: ti.template()):
     """Return what slave k hands over to its masters of a force [3] on it; the transpose of `followed`."""
     result = force
     if ti.static(not contact.options.static_friction):
@@ -326,7 +326,7 @@ def collect(
     for back in range(rest):
         r = rest - 1 - back
         k = entry(coupling, SLAVES, r)
-        force = handed_over(contact, rows, k, whole(contact, k, values, first, stride, block), block)
+        force = force_on_masters(contact, rows, k, whole(contact, k, values, first, stride, block), block)
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m = entry(coupling, MASTERS, i)
             if m < count:

@@ -78,7 +78,7 @@ class Boundary(NamedTuple):
 
     Behind f_ext stand the data of loads other than constant gravity, if there are any (load_places.py).
     Behind the mass tensors stand the numbers of springs, if there are any (nodes/springs.py).
-    Where threads share the loads (nodes/shared_loads.py): load_givers: what acts on each loaded node; load_shares
+    Where threads share the loads (nodes/shared_loads.py): load_sources: what acts on each loaded node; load_shares
     [faces, 4, 3] [N]: of the corners of the faces under a pressure.
     sums: sums of all parts of a step except the force pass, at the places of columns.py; all bundles share this array.
     """
@@ -87,7 +87,7 @@ class Boundary(NamedTuple):
     mass: Array = None
     inverse_mass: Array = None
     load: Array = None
-    load_givers: Index = None
+    load_sources: Index = None
     load_shares: Array = None
     sums: Shared = None
 
@@ -142,8 +142,8 @@ class Contact(NamedTuple):
     Of massless nodes only: active [k]: bit mask of the rows in contact; basis [k, 3, block]: massless directions;
     displacement_before [k, block]: in these, at the last time level; residual_receivers: the boundary nodes on which
     the unbalanced force of the static solve acts, those of node k at residual_receivers[k] .. residual_receivers[k+1].
-    Where threads share the loops: shared: values of every thread (threads.py); residual_givers: the transposed list,
-    the contact nodes whose share acts on boundary node s at residual_givers[s] .. residual_givers[s+1];
+    Where threads share the loops: shared: values of every thread (threads.py); residual_donors: the transposed list,
+    the contact nodes whose share acts on boundary node s at residual_donors[s] .. residual_donors[s+1];
     residual_shares [k, 3] [N]: of each receiver of node k; of several blocks of threads also partial [number, block]:
     sums of every block; place: number of the thread. Where other ranks have copies of nodes: counted [s]: 1.0 for the
     boundary nodes that the sums of this rank count, else 0.0 (counted.py); residual_shares [k, 3] [N]: of all receivers
@@ -164,7 +164,7 @@ class Contact(NamedTuple):
     residual_receivers: Index = None
     friction: Array = None
     shared: Array = None
-    residual_givers: Index = None
+    residual_donors: Index = None
     residual_shares: Array = None
     counted: Array = None
     partial: Array = None
@@ -334,7 +334,7 @@ class ContactOptions(NamedTuple):
         return bool(self.friction) and self.block > 1
 
     @property
-    def rubs_in_lanes(self) -> bool:
+    def friction_in_lanes(self) -> bool:
         """Return whether sweeps solve the friction of several nodes at once: with one row each, by Coulomb's law."""
         one = self.slots == 1 and self.threads == 1
         return self.static_friction and one and self.friction == "coulomb" and not self.coupled

@@ -7,13 +7,14 @@ only at run time costs a further launch.
 from ..engine import ti
 from ..lanes import MOST_THREADS
 from .arguments import ARRAY, INDEX
+from .threads import turns_of
 
 
 @ti.kernel
 def copy_part(source: ARRAY, first: ti.i32, target: ARRAY):
     """Copy as many numbers as the target has, from place `first` of the source on."""
     for t in range(MOST_THREADS):
-        for turn in range((target.shape[0] - t + MOST_THREADS - 1) // MOST_THREADS):
+        for turn in range(turns_of(t, MOST_THREADS, target.shape[0])):
             i = t + turn * MOST_THREADS
             target[i] = source[first + i]
 
@@ -22,7 +23,7 @@ def copy_part(source: ARRAY, first: ti.i32, target: ARRAY):
 def copy_into(source: ARRAY, target: ARRAY, first: ti.i32):
     """Copy all numbers of the source to the target, from place `first` of it on."""
     for t in range(MOST_THREADS):
-        for turn in range((source.shape[0] - t + MOST_THREADS - 1) // MOST_THREADS):
+        for turn in range(turns_of(t, MOST_THREADS, source.shape[0])):
             i = t + turn * MOST_THREADS
             target[first + i] = source[i]
 
@@ -31,6 +32,6 @@ def copy_into(source: ARRAY, target: ARRAY, first: ti.i32):
 def copy_wholes(source: INDEX, target: INDEX):
     """Copy an array of whole numbers."""
     for t in range(MOST_THREADS):
-        for turn in range((target.shape[0] - t + MOST_THREADS - 1) // MOST_THREADS):
+        for turn in range(turns_of(t, MOST_THREADS, target.shape[0])):
             i = t + turn * MOST_THREADS
             target[i] = source[i]

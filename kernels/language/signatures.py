@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from ..engine import ti
 from .arguments import ARRAY, INDEX, Array, Index, Shared
 
-MOST = 64  # arguments of a kernel in Taichi, arrays and numbers
+MAXIMUM_ARGUMENTS = 64  # arguments of a kernel in Taichi, arrays and numbers
 
 
 class Signature(NamedTuple):
@@ -83,9 +83,11 @@ def kernel_of(
     scope |= {f"option_{field}": options.get(field) for field in named}
     heads = [*(f"{number}: ti.i32" for number in numbers), *(f"{real}: ti.f64" for real in reals), *kinds]
     title = function.__name__
-    if len(heads) > MOST:
+    if len(heads) > MAXIMUM_ARGUMENTS:
         shares = ", ".join(f"{name} {len(present)}" for name, _bundle, present in signature.bundles)
-        raise TypeError(f"kernel {title} has {len(heads)} arguments ({shares}), Taichi takes {MOST}: join some arrays")
+        raise TypeError(
+            f"kernel {title} has {len(heads)} arguments ({shares}), Taichi takes {MAXIMUM_ARGUMENTS}: join some arrays"
+        )
     source = f"def {title}({', '.join(heads)}):\n    function({', '.join([*numbers, *reals, *built])})\n"
     file = f"<kernel {title} {id(function)}>"
     linecache.cache[file] = (len(source), None, source.splitlines(keepends=True), file)

@@ -21,12 +21,17 @@ from ..lanes import BLOCK_NUMBERS
 
 
 @ti.func
+def turns_of(t, threads: ti.template(), count):
+    """Return how many of `count` items thread t of so many takes: items t, t + threads, t + 2 threads, ..."""
+    return (count - t + ti.static(threads - 1)) // threads
+
+
+@ti.func
 def turns(contact: ti.template(), count):
     """Return how many of `count` items this thread takes."""
     own = count
     if ti.static(contact.options.threads > 1):
-        last = ti.static(contact.options.threads - 1)
-        own = (count - thread(contact) + last) // ti.static(contact.options.threads)
+        own = turns_of(thread(contact), ti.static(contact.options.threads), count)
     return own
 
 
@@ -194,12 +199,6 @@ def folded(contact: ti.template(), number, blocks: ti.template(), combine: ti.te
 def largest_of(contact: ti.template(), value):
     """Return the largest value of all threads."""
     return over_threads(contact, [value], ("max",))[0]
-
-
-@ti.func
-def smallest_of(contact: ti.template(), value):
-    """Return the smallest value of all threads."""
-    return over_threads(contact, [value], ("min",))[0]
 
 
 @ti.func

@@ -11,9 +11,9 @@ dep of the plastic strain solves
 
     q - G3 dep - Y(ep + dep, dep/dt) = 0
 
-with the trial stress q and the flow modulus G3 of j2.py. Its left side is convex and falls, so Newton's iteration from
-the left is monotone: two iterations reach rounding for steinberg_guinan; for johnson_cook, whose power has an infinite
-slope at 0, four iterations in ln dep (residual 7e-10).
+with the trial stress q and the flow modulus G3 of elasto_plastic.py. Its left side is convex and falls, so Newton's
+iteration from the left is monotone: two iterations reach rounding for steinberg_guinan; for johnson_cook, whose power
+has an infinite slope at 0, four iterations in ln dep (residual 7e-10).
 
 `start` returns what the step needs of the state [Y at its beginning without rate, ..]; `flow` returns [dep, slope of Y
 at its end, Y at its start with the rate of the step] for f = q - Y > 0; the caller drops dep where f <= 0. No branches,
@@ -26,7 +26,7 @@ from ..engine import ti
 from ..language.precision import by_precision
 from ..language.transcendental import exponential, logarithm
 
-FIRST = 5  # place of the first constant of a yield stress among the parameters (j2.py)
+FIRST = 5  # place of the first constant of a yield stress among the parameters (elasto_plastic.py)
 TINY, TINY_SINGLE = 1e-300, 1e-30
 COLDEST = 1e-12  # smallest T*
 SMALLEST_STRAIN = 1e-8  # plastic strain in the power of johnson_cook, at least

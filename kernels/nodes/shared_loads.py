@@ -1,7 +1,7 @@
 """Loads of the boundary nodes where the threads of a block share them, as `loads.apply_loads` sets them on one thread.
 
 A thread computes what the corners of a face get; another one adds up what a node gets, in the order of one thread.
-`load_givers` holds the start of the list of every loaded node [NODES + 1], then the lists: the number of an entry, or
+`load_sources` holds the start of the list of every loaded node [NODES + 1], then the lists: the number of an entry, or
 ENTRIES + 4 face + corner.
 """
 
@@ -52,13 +52,13 @@ def apply_to_node(body: ti.template(), boundary: ti.template(), entry_at, row_at
     load = ti.static(boundary.load)
     entries = head(boundary, ENTRIES)
     force = ti.Vector.zero(ti.f64, 3)
-    for place in range(boundary.load_givers[j], boundary.load_givers[j + 1]):
-        giver = boundary.load_givers[place]
-        if giver < entries:
-            at = entry_at + ENTRY * giver
+    for place in range(boundary.load_sources[j], boundary.load_sources[j + 1]):
+        source = boundary.load_sources[place]
+        if source < entries:
+            at = entry_at + ENTRY * source
             force += load[at + 1] * three(load, row_at + int(load[at + 2]))
         else:
-            force += row(boundary.load_shares, giver - entries)
+            force += row(boundary.load_shares, source - entries)
     at = 3 * boundary.nodes.shape[0] + HEAD + NODE * j
     s = int(load[at])
     put_three(load, at + FORCE, force)

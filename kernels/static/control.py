@@ -94,6 +94,14 @@ def goals(stats: ti.template(), settings: ti.template(), island):
 
 
 @ti.func
+def needs_products(settings: ti.template(), island, done, residual, minimum, aim, accepted):
+    """Return whether a linear problem needs more products with K than those done; minimum, aim, accepted: `goals`."""
+    its = island * SETTINGS
+    more = done < minimum or (done < settings[its + POLISHING_SWEEPS] and residual > aim)
+    return more or (done < settings[its + MAXIMUM_IN_ALL] and residual > accepted)
+
+
+@ti.func
 def any_island(stats: ti.template(), number: ti.template(), value: ti.template()):
     """Return 1 if this number of `stats` has this value in any island, else 0."""
     found = 0

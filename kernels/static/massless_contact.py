@@ -183,9 +183,9 @@ def receive_shares(body: ti.template(), boundary: ti.template(), contact: ti.tem
     """Add to every boundary node the shares that it receives, in the order of the contact nodes."""
     for turn in range(turns(contact, boundary.nodes.shape[0])):
         s = item(contact, turn)
-        for i in range(contact.residual_givers[s], contact.residual_givers[s + 1]):
+        for i in range(contact.residual_donors[s], contact.residual_donors[s + 1]):
             for j in ti.static(range(3)):
-                share = contact.residual_shares[3 * contact.residual_givers[i] + j]
+                share = contact.residual_shares[3 * contact.residual_donors[i] + j]
                 body.special_force[3 * s + j] = body.special_force[3 * s + j] + share
     meet(contact)
 

@@ -29,19 +29,16 @@ from .control import (
     BEFORE,
     F_REF,
     LINEAR,
-    MAXIMUM_IN_ALL,
-    PAIR_STEP,
     PIVOT,
-    POLISHING_SWEEPS,
     RESIDUAL,
     SETTINGS,
     STATS,
     STEP_LENGTH,
-    SWEEPS,
     goals,
+    needs_products,
 )
 from .node_basis import into_basis, into_force, into_motion, lanes_inside, part, put, set_basis, zeros
-from .pair_step import MANY, multiply_in_bases, pair_step, precondition
+from .pair_step import multiply_in_bases, note_products, pair_step, precondition
 from .parts import part_of, parts, product_of
 from .several_bounds import row_of
 
@@ -366,8 +363,7 @@ def mprgp(
             if proportional == 1.0:
                 factor = totals[2] / curvature
             proportional = ti.select(chopped <= reduced, 1.0, 0.0)
-            more = done < minimum or (done < settings[its + POLISHING_SWEEPS] and residual > aim)
-            more = more or (done < settings[its + MAXIMUM_IN_ALL] and residual > accepted)
+            more = needs_products(settings, island, done, residual, minimum, aim, accepted)
             running = ti.select(more and residual > NEGLIGIBLE, 1, 0)
             if not reduced + chopped < UNLIMITED:  # not a number: the sweeps report it
                 definite, running = 0, 0
@@ -378,9 +374,7 @@ def mprgp(
                         set_direction(system, node, count, proportional, factor, block, bounds)
     meet(contact)
     if leader(contact) == 1:
-        stats[at + SWEEPS] = stats[at + SWEEPS] + done
-        if done > MANY:
-            stats[at + PAIR_STEP] = 0.0
+        note_products(stats, island, done)
     if definite == 1:
         for turn in range(parts(contact, island)):
             _pack, node, count = part_of(contact, system, island, turn)

@@ -3,10 +3,10 @@
     y' = R(v - tau D^-1 (K v - r)),   v = y' + beta (y' - y),   tau = 1/largest eigenvalue of D^-1 K
 
 in the unknowns y of pair_step.py, where y_s of a slave is its opening and slip. R solves the contact problem of each
-node with friction for itself, as if its stiffness were D/tau (`rub` in sliding.py). With a fixed limit of friction this
-is the proximal gradient method of Beck and Teboulle (2009); the limit mu lambda is that of the last R. beta grows as
-theirs, and starts anew where the step turns against the gradient (O'Donoghue and Candes 2015). Nodes that stick, slide
-and open are found on the way; rows of obstacles have no masters.
+node with friction for itself, as if its stiffness were D/tau (`solve_with_friction` in sliding.py). With a fixed limit
+of friction this is the proximal gradient method of Beck and Teboulle (2009); the limit mu lambda is that of the last R.
+beta grows as theirs, and starts anew where the step turns against the gradient (O'Donoghue and Candes 2015). Nodes that
+stick, slide and open are found on the way; rows of obstacles have no masters.
 """
 
 from ..contact.constraint_rows import normal_of, set_number, set_vector, vector_of
@@ -18,19 +18,17 @@ from ..language.threads import item, leader, meet, over_threads, turns
 from ..node_places import PLACES
 from .control import (
     F_REF,
-    MAXIMUM_IN_ALL,
     PAIR_STEP,
     PIVOT,
-    POLISHING_SWEEPS,
     SETTINGS,
     STATS,
     STEP_LENGTH,
-    SWEEPS,
     goals,
+    needs_products,
 )
 from .massless_node import entries, square
-from .pair_step import LONG, MANY, multiply_coupled, pair_step, precondition
-from .sliding import rub
+from .pair_step import LONG, multiply_coupled, note_products, pair_step, precondition
+from .sliding import solve_with_friction
 
 GROWTH = 100.0  # a residual over the smallest one at which the step was too long
 UNKNOWN = 1e300
@@ -93,7 +91,7 @@ def step_node(contact: ti.template(), rows: ti.template(), system: ti.template()
     y = v - flexible @ gradient
     mask, off = 0, 0.0
     if touches(rows, k, slots):
-        y, mask, off = rub(contact, rows, system, k, y, flexible, block, slots)
+        y, mask, off = solve_with_friction(contact, rows, system, k, y, flexible, block, slots)
     contact.active[k] = mask
     put_entries(system.response, k, stride, at.direction, y - before)
     put_entries(system.response, k, stride, at.position, y)
@@ -144,8 +142,7 @@ def accelerated(
         speed = faster
         if turned > 0.0:
             factor, speed = 0.0, 1.0
-        more = done < minimum or (done < settings[its + POLISHING_SWEEPS] and residual > aim)
-        more = more or (done < settings[its + MAXIMUM_IN_ALL] and residual > accepted)
+        more = needs_products(settings, island, done, residual, minimum, aim, accepted)
         running = ti.select(more, 1, 0)
         smallest = ti.min(smallest, residual)
         if not residual < 1e300:
@@ -172,9 +169,7 @@ def accelerated(
             set_trial(system, k, y, block)
     meet(contact)
     if leader(contact) == 1:
-        stats[place + SWEEPS] = stats[place + SWEEPS] + done
-        if done > MANY:
-            stats[place + PAIR_STEP] = 0.0
+        note_products(stats, island, done)
     if definite == 1:
         spread(coupling, contact, rows, system.increment, 0, stride, block)
     return definite

@@ -18,7 +18,7 @@ from ..language.threads import item, leader, meet, over_threads, turns
 from ..language.vectors import load
 from ..node_places import PLACES
 from ..pair_places import FIRST_ENTRY, MASTERS, ROWS, SLAVES
-from .control import PAIR_STEP, STATS
+from .control import PAIR_STEP, STATS, SWEEPS
 from .massless_node import basis_of, square
 from .node_basis import into_basis, into_motion, part, put, set_basis
 from .parts import part_of, parts, product_of
@@ -27,6 +27,15 @@ POWER = 12  # iterations that estimate the largest eigenvalue
 LONG = 1.9  # length of a projected step times the largest eigenvalue; below 2 it converges
 SAFETY = 1.1  # of the estimate
 MANY = 100.0  # products of a solve after which the length is estimated anew
+
+
+@ti.func
+def note_products(stats: ti.template(), island, done):
+    """Note the number of products of a linear problem that has ended; after many the length is estimated anew."""
+    at = island * STATS
+    stats[at + SWEEPS] = stats[at + SWEEPS] + done
+    if done > MANY:
+        stats[at + PAIR_STEP] = 0.0
 
 
 @ti.func

@@ -42,7 +42,7 @@ def hourglass_modes(a):
 
 
 @functools.cache
-def make_reduced_tangent(kind: str, law: str, block: int, threads: int = 1):
+def make_reduced_tangent(kind: str, law: str, block: int):
     """Return reduced_tangent(body, contact, pairs, number), which fills pairs.values as `surface_tangent` does."""
     law_of = LAWS[law]
     parts, size = law_of.tangents, len(law_of.state)
@@ -50,7 +50,7 @@ def make_reduced_tangent(kind: str, law: str, block: int, threads: int = 1):
 
     @ti.func
     def tangent_of_cell(
-        body: ti.template(), basis: ti.template(), pairs: ti.template(), number, at, first_cell, gradients,
+        body: ti.template(), basis: ti.template(), pairs: ti.template(), at, first_cell, gradients,
         parameters, stiff, cell,
     ):  # fmt: skip
         slopes = ti.Vector.zero(ti.f64, 3 * CORNERS)  # G of every corner
@@ -121,12 +121,8 @@ def make_reduced_tangent(kind: str, law: str, block: int, threads: int = 1):
         first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
         parameters = constants_of(body, pairs.blocks[at + MATERIAL_AT], law_of)
         stiff = law_of.modulus(parameters)
-        if ti.static(threads > 1):
-            for turn in range(turns(contact, pairs.blocks[at + LAST_CELL] - first_cell)):
-                own = first_cell + item(contact, turn)
-                tangent_of_cell(body, basis, pairs, number, at, first_cell, gradients, parameters, stiff, own)
-        else:
-            for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
-                tangent_of_cell(body, basis, pairs, number, at, first_cell, gradients, parameters, stiff, cell)
+        for turn in range(turns(contact, pairs.blocks[at + LAST_CELL] - first_cell)):
+            cell = first_cell + item(contact, turn)
+            tangent_of_cell(body, basis, pairs, at, first_cell, gradients, parameters, stiff, cell)
 
     return reduced_tangent

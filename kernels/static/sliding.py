@@ -313,13 +313,13 @@ def update_with_friction(
 ):
     """Solve the contact problem of node k with friction for rest = r_k - sum_j K_kj d_j; return the defect [N]."""
     flexible = square(system.inverse, k, system.stiffness.shape[0], block)
-    d, mask, off = rub(contact, rows, system, k, flexible @ rest, flexible, block, slots)
+    d, mask, off = solve_with_friction(contact, rows, system, k, flexible @ rest, flexible, block, slots)
     stiffness = ti.select(contact.compliance[k] > 0.0, 1.0 / ti.max(contact.compliance[k], 1e-300), system.stiffness[k])
     return ti.max(settle(contact, system, k, d, mask, block), stiffness * off)
 
 
 @ti.func
-def rub(
+def solve_with_friction(
     contact: ti.template(),
     rows: ti.template(),
     system: ti.template(),

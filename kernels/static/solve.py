@@ -241,7 +241,7 @@ def make_linearise(cells: tuple[tuple[str, str], ...], block: int, plain: bool, 
     It computes the stiffness between the contact nodes of every contact cell of an island at the present state.
     """
     tangents = [
-        make_reduced_tangent(kind, law, block, threads)
+        make_reduced_tangent(kind, law, block)
         if elements.FUNCTIONS[kind].tangent == "reduced"
         else make_surface_tangent(kind, law, block, plain, threads)
         for kind, law in cells

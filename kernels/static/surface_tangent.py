@@ -207,12 +207,8 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool, threads: 
         first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
         parameters = constants_of(body, pairs.blocks[at + MATERIAL_AT], law_of)
         at_points = [0.0 if ti.static(apart and i == 0) else parameters[i] for i in ti.static(range(len(parameters)))]
-        if ti.static(threads > 1):
-            for turn in range(turns(contact, pairs.blocks[at + LAST_CELL] - first_cell)):
-                own = first_cell + item(contact, turn)
-                tangent_of_cell(body, basis, pairs, number, at, first_cell, gradients, parameters, at_points, own)
-        else:
-            for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
-                tangent_of_cell(body, basis, pairs, number, at, first_cell, gradients, parameters, at_points, cell)
+        for turn in range(turns(contact, pairs.blocks[at + LAST_CELL] - first_cell)):
+            cell = first_cell + item(contact, turn)
+            tangent_of_cell(body, basis, pairs, number, at, first_cell, gradients, parameters, at_points, cell)
 
     return surface_tangent

@@ -31,12 +31,12 @@ from ..sweep_places import (
     DEFECT,
     FACTOR,
     MARK,
-    MOST,
     OMEGA,
     RUNNING,
     STALLING,
     STATE,
     STRAIGHT,
+    SWEEP_LIMIT,
 )
 from .control import (
     BEFORE,
@@ -54,9 +54,9 @@ from .control import (
     SWEEPS,
     goals,
 )
+from .friction_lanes import begin_friction, end_friction, update_pack_with_friction
 from .massless_node import entries, in_space, settle, square
 from .neighbours import forces_at, neighbour_forces
-from .rubbing import begin_rubbing, end_rubbing, rub_pack
 from .sliding import update_with_friction
 
 STALLED = 0.7  # a sweep that leaves more than this ratio of a residual at rounding level is the last one
@@ -198,8 +198,8 @@ def sweep_range(
         count = system.pack_start[pack + 1] - first
         if ti.static(slots == 1 and not contact.options.static_friction):
             defect = ti.max(defect, update_pack(contact, system, first, count, rest, relaxation, block))
-        elif ti.static(contact.options.rubs_in_lanes):
-            defect = ti.max(defect, rub_pack(contact, system, first, count, rest, block))
+        elif ti.static(contact.options.friction_in_lanes):
+            defect = ti.max(defect, update_pack_with_friction(contact, system, first, count, rest, block))
         else:  # the solve of such a node is too long to be compiled for lanes
             for i in ti.static(range(block)):
                 own = load(system.right, first + i * stride, LANES) - rest[i]
@@ -311,8 +311,8 @@ def begin_sweeps(contact: ti.template(), rows: ti.template(), system: ti.templat
     lanes = ti.static(contact.options.threads == 1 and not contact.options.static_friction)
     if ti.static(lanes and contact.options.slots == 1):
         prepare(contact, system, island, contact.options.block)
-    if ti.static(contact.options.rubs_in_lanes):
-        begin_rubbing(contact, rows, system, island, contact.options.block)
+    if ti.static(contact.options.friction_in_lanes):
+        begin_friction(contact, rows, system, island, contact.options.block)
 
 
 @ti.func
@@ -331,8 +331,8 @@ def sweep(contact: ti.template(), rows: ti.template(), system: ti.template(), is
             turned = reversed_direction(contact, system, island)
         note_sweep(system, island, state, defect, turned)
         decide_sweep(system, island, state, minimum, aim, accepted)
-    if ti.static(contact.options.rubs_in_lanes):
-        end_rubbing(contact, rows, system, island)
+    if ti.static(contact.options.friction_in_lanes):
+        end_friction(contact, rows, system, island)
     if leader(contact) == 1:
         note_sweeps(system, island, state)
 
@@ -343,7 +343,7 @@ def started(system: ti.template(), island):
     state = ti.Vector.zero(ti.f64, STATE)
     state[DEFECT], state[MARK] = 1e300, 1e300
     state[OMEGA] = system.settings[island * SETTINGS + RELAXATION]
-    state[MOST] = system.settings[island * SETTINGS + MAXIMUM_SWEEPS]
+    state[SWEEP_LIMIT] = system.settings[island * SETTINGS + MAXIMUM_SWEEPS]
     return state
 
 
@@ -361,7 +361,7 @@ def decide_sweep(system: ti.template(), island, state: ti.template(), minimum, a
     more = (
         done < minimum
         or (done < settings[its + POLISHING_SWEEPS] and residual > aim and state[STALLING] == 0.0)
-        or (done < state[MOST] and residual > accepted)
+        or (done < state[SWEEP_LIMIT] and residual > accepted)
     )
     state[RUNNING] = ti.select(more, 1.0, 0.0)
     if more and done == state[CHECKED] + INTERVAL:
@@ -369,7 +369,7 @@ def decide_sweep(system: ti.template(), island, state: ti.template(), minimum, a
             state[ACCELERATED] = 1.0
             state[OMEGA] = 1.0  # over-relaxed sweeps circle about the solution: their change gives no direction
         if state[ACCELERATED] == 1.0 and residual < state[MARK]:
-            state[MOST] = ti.min(ti.max(state[MOST], done + EXTENSION), settings[its + MAXIMUM_IN_ALL])
+            state[SWEEP_LIMIT] = ti.min(ti.max(state[SWEEP_LIMIT], done + EXTENSION), settings[its + MAXIMUM_IN_ALL])
         state[CHECKED], state[MARK] = done, residual
 
 

@@ -18,7 +18,7 @@ Sums are taken by blocks, and of these by the next launch of one block (language
 
 from ..columns import SUMS
 from ..contact.cell_viscosity import POWER, RATE, viscous_load
-from ..contact.constraint_rows import hand_over, hand_over_friction
+from ..contact.constraint_rows import apply_kick_friction, apply_rows
 from ..contact.islands import island_count
 from ..contact.kick_friction import kick_friction
 from ..contact.obstacle_rows import fill_rows, obstacle_loads, smallest_gap
@@ -36,7 +36,7 @@ from .device_control import (
     COUNTED_PASSES,
     DEVICE_CONTROL,
     FIRST,
-    MOST,
+    MOST_PASSES,
     MOST_SWEEPS,
     TAKEN,
     end_pass,
@@ -86,10 +86,10 @@ def make_boundary_launches(options: ContactOptions, blocks: int, exact: bool, ha
                 own = ti.static(body._replace(params=numbers))
                 receive_shares(own, boundary, team)
                 smallest_gap(obstacles, rows, team, own.u)
-                hand_over(own, team, rows)
+                apply_rows(own, team, rows)
                 if ti.static(options.friction != ""):
                     kick_friction(own, boundary, team, rows, obstacles, None, damped)
-                    hand_over_friction(own, team, rows)
+                    apply_kick_friction(own, team, rows)
                 if ti.static(options.tracked):
                     obstacle_loads(obstacles, rows, team, None, own.u)
                 if ti.static(damped != ""):
@@ -145,7 +145,7 @@ def make_boundary_launches(options: ContactOptions, blocks: int, exact: bool, ha
                             launch.viscous_cells[RATE] = rate_of(before)
                     lists.control[TAKEN] = number + 1.0
                     if offer == 0:
-                        lists.control[MOST] = 0.0
+                        lists.control[MOST_PASSES] = 0.0
                         for i in ti.static(range(COUNTED_PASSES)):
                             lists.control[MOST_SWEEPS + i] = 0.0
                     if after > 0.0:

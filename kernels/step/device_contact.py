@@ -16,7 +16,7 @@ Which of the launches does something is decided on the device (device_control.py
 import functools
 
 from ..contact.cell_viscosity import POWER, RATE, viscous_load
-from ..contact.constraint_rows import hand_over, hand_over_friction
+from ..contact.constraint_rows import apply_kick_friction, apply_rows
 from ..contact.contact_load import impulse_load, penalty_load
 from ..contact.free_obstacles import load_free_obstacles, place_free_obstacles
 from ..contact.friction import STEP, clear_work
@@ -25,7 +25,7 @@ from ..contact.kick_friction import kick_friction, layer_slip
 from ..contact.obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
 from ..contact.obstacles import RECORD, set_pose
 from ..contact.pair_friction import kick_pair_friction
-from ..contact.pair_loads import hand_over_pairs
+from ..contact.pair_loads import apply_to_masters
 from ..contact.pair_rows import fill_pair_rows
 from ..engine import ti
 from ..lanes import BLOCK_THREADS, DEVICE_BLOCK, GRAVITY, MAXIMUM_SLOTS
@@ -52,7 +52,7 @@ from .device_control import (
     A_PASS,
     DEVICE_CONTROL,
     FIRST,
-    MOST,
+    MOST_PASSES,
     NOTHING,
     TAKEN,
     WANTS,
@@ -103,7 +103,7 @@ def contact_load(
         press_pairs(body, contact, rows)
     else:
         impulse_load(body, boundary, contact, rows, ti.select(after > 0.0, 0.5 * (before + after), before))
-    hand_over(body, contact, rows)
+    apply_rows(body, contact, rows)
     load_pairs(body, boundary, contact, rows)
 
 
@@ -132,9 +132,9 @@ def friction_load(
             kick_pair_friction(body, boundary, contact, rows, contact.coupling, damped)
         else:
             kick_friction(body, boundary, contact, rows, obstacles, rigid, damped)
-        hand_over_friction(body, contact, rows)
+        apply_kick_friction(body, contact, rows)
         if ti.static(contact.options.coupled):
-            hand_over_pairs(contact.coupling, boundary, body, contact, rows, rows.at.kick_friction)
+            apply_to_masters(contact.coupling, boundary, body, contact, rows, rows.at.kick_friction)
 
 
 @ti.func
@@ -161,14 +161,14 @@ def set_loads(
 @ti.func
 def load_freely(
     body: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), pairs: ti.template(),
-    system: ti.template(), rigid: ti.template(), before,
+    rigid: ti.template(), before,
 ):  # fmt: skip
     """Set the load of the obstacles that move freely, and their rate for the stable step."""
     if leader(contact) == 1:
         load_free_obstacles(rigid, obstacles, contact)
     meet(contact)
     count = obstacles.records.shape[0] // RECORD
-    measure_shared_rigid_rate(rigid, obstacles, rows, contact, pairs, system, body, before, count)
+    measure_shared_rigid_rate(rigid, obstacles, rows, contact, pairs, body, before, count)
 
 
 @functools.cache
@@ -250,7 +250,7 @@ def make_device_contact_step(
                 if ti.static(options.tracked):
                     obstacle_loads(obstacles, rows, contact, rigid, own.u)
                 if ti.static(options.free):
-                    load_freely(own, obstacles, rows, contact, pairs, system, rigid, before)
+                    load_freely(own, obstacles, rows, contact, pairs, rigid, before)
                 if ti.static(damped != ""):
                     damp(own, boundary, contact, damped)
                 if ti.static(has_springs):
@@ -282,7 +282,7 @@ def make_device_contact_step(
                     if ti.static(options.layered):
                         lists.control[WANTS] = NOTHING
                     if offer == 0:
-                        lists.control[MOST] = 0.0
+                        lists.control[MOST_PASSES] = 0.0
                 if ti.static(options.posed):
                     if after > 0.0:
                         set_pose(obstacles, contact, number + 1)
@@ -346,7 +346,7 @@ def make_device_start(signature: Signature, options: ContactOptions, exact: bool
     @ti.func
     def device_start(
         body: ti.template(), lists: ti.template(), boundary: ti.template(), obstacles: ti.template(),
-        rows: ti.template(), contact: ti.template(), system: ti.template(), launch: ti.template(),
+        rows: ti.template(), contact: ti.template(), launch: ti.template(),
     ):  # fmt: skip
         ti.loop_config(block_dim=BLOCK_THREADS)
         for _ in range(BLOCK_THREADS):

@@ -14,7 +14,7 @@ from ..static.control import CONVERGED, MEASURE, NEXT, any_island
 
 # what is next; steps taken in this block; 1: the next pass is the first one of its step; passes of this step so far;
 # largest number of passes of a step in this block
-WANTS, TAKEN, FIRST, PASSES, MOST = 0, 1, 2, 3, 4
+WANTS, TAKEN, FIRST, PASSES, MOST_PASSES = 0, 1, 2, 3, 4
 # of sweeps that are launched one by one: 1 while a solve makes them; those of this pass; from MOST_SWEEPS on the most
 # of the first pass of a step in this block, of the second one, and so on; the last number is that of all further ones
 SOLVING, SWEPT, MOST_SWEEPS = 5, 6, 7
@@ -49,7 +49,7 @@ def want_layers(lists: ti.template(), offer):
     lists.control[WANTS] = A_LAYER
     if offer == 0:
         lists.control[TAKEN] = 0.0
-        lists.control[MOST] = 0.0
+        lists.control[MOST_PASSES] = 0.0
 
 
 @ti.func
@@ -65,7 +65,7 @@ def end_pass(lists: ti.template(), system: ti.template(), squeezed):
     passes = lists.control[PASSES] + 1.0
     lists.control[FIRST] = 0.0
     lists.control[PASSES] = passes
-    lists.control[MOST] = ti.max(lists.control[MOST], passes)
+    lists.control[MOST_PASSES] = ti.max(lists.control[MOST_PASSES], passes)
     lists.control[SWEPT] = 0.0
     if any_island(system.stats, NEXT, MEASURE) == 0:
         failed = ti.max(any_island(system.stats, CONVERGED, 0.0), squeezed)

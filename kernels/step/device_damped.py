@@ -6,7 +6,7 @@ Momenta p and displacements x = M^-1 p, with the mass tensors of the boundary no
     p_(k+1) = q/beta_k,  x_(k+1) = y/beta_k
 
 K x = (f(u + s x) - f(u))/s, as accelerations by the ordinary masses; C x: viscous forces of a step s x that ends at u,
-over s, at the boundary nodes. The momenta are kept in 32 bits. Sums over the threads are made by fixed trees.
+over s, at the boundary nodes. The momenta are kept in 32 bits. Sums over the threads are made by a fixed tree.
 """
 
 import functools
@@ -15,9 +15,10 @@ from ..contact.cell_viscosity import FIRST_ROW, NUMBERS, rows_place
 from ..engine import ti
 from ..lanes import CHUNK_BITS, DEVICE_BLOCK, WIDTH
 from ..language.arguments import ARRAY, INDEX
+from ..language.threads import turns_of
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.device_nodes import first_of_corner
-from .device_lanczos import FOLDERS
+from .device_folds import make_fold
 
 SUMS, LARGEST = 3, 3  # sums of a launch, and the place of the largest number behind them
 
@@ -41,7 +42,7 @@ def make_damped_lanczos(threads: int):
         """Multiply p and x by a number, keep p and prepare the products; scale: s."""
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
-            for turn in range((end - first - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, end - first)):
                 node = first + t + turn * threads
                 s = (node_info[node] >> (2 * CHUNK_BITS)) - 1
                 for j in ti.static(range(3)):
@@ -62,7 +63,7 @@ def make_damped_lanczos(threads: int):
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
             sums = [0.0, 0.0, 0.0]
-            for turn in range((end - first - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, end - first)):
                 node = first + t + turn * threads
                 s = (node_info[node] >> (2 * CHUNK_BITS)) - 1
                 resisting = ti.Vector.zero(ti.f64, 3)
@@ -94,7 +95,7 @@ def make_damped_lanczos(threads: int):
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
             total, most = 0.0, 0.0
-            for turn in range((end - first - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, end - first)):
                 node = first + t + turn * threads
                 s = (node_info[node] >> (2 * CHUNK_BITS)) - 1
                 value, moved = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
@@ -116,41 +117,16 @@ def make_damped_lanczos(threads: int):
                 partial[k * threads + t] = 0.0
 
     @ti.kernel
-    def fold(partial: ARRAY, numbers: ARRAY):
-        """Complete the sums and the largest number."""
-        ti.loop_config(block_dim=DEVICE_BLOCK)
-        for t in range(FOLDERS):
-            for k in ti.static(range(SUMS)):
-                total = 0.0
-                for j in range(threads // FOLDERS):
-                    total += partial[k * threads + t + j * FOLDERS]
-                partial[k * threads + t] = total
-            most = 0.0
-            for j in range(threads // FOLDERS):
-                most = ti.max(most, partial[LARGEST * threads + t + j * FOLDERS])
-            partial[LARGEST * threads + t] = most
-        for _ in range(1):
-            for k in ti.static(range(SUMS)):
-                total = 0.0
-                for j in range(FOLDERS):
-                    total += partial[k * threads + j]
-                numbers[k] = total
-            most = 0.0
-            for j in range(FOLDERS):
-                most = ti.max(most, partial[LARGEST * threads + j])
-            numbers[LARGEST] = most
-
-    @ti.kernel
     def add_kept(kept: INDEX, weight: ti.f64, fresh: ti.i32, first: ti.i32, end: ti.i32, start: ARRAY):
         """Add a kept vector times its weight to `start`, which is 0 before if it is fresh."""
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
-            for turn in range((3 * (end - first) - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, 3 * (end - first))):
                 i = t + turn * threads
                 old = start[3 * first + i]
                 if fresh > 0:
                     old = 0.0
                 start[3 * first + i] = old + weight * ti.cast(ti.bit_cast(kept[i], ti.f32), ti.f64)
 
-    own = (take_places, displace, respond, reduce, fold, add_kept)
-    return {kernel.__name__: kernel for kernel in own}
+    own = (take_places, displace, respond, reduce, add_kept)
+    return {kernel.__name__: kernel for kernel in own} | {"fold": make_fold(threads, ("sum",) * SUMS + ("max",))}

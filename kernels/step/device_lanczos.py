@@ -5,8 +5,8 @@ With K w = -M (f(u + s w) - f(u))/s, s = D/max|w|, the products and recurrence o
     r = M^-1 K w_k - beta_(k-1) w_(k-1),  alpha_k = w_k.M r,  r <- r - alpha_k w_k,  beta_k = |r|_M,  w_(k+1) = r/beta_k
 
 All numbers stay in `numbers`: for every vector alpha, beta and max|w|, then the sums for the first vector. They are
-summed over the threads by a fixed tree: of every thread in `partial` [number, thread], of FOLDERS threads, of one. The
-vectors are kept in 16 bits, two numbers over the largest one in a whole number, for the start of the next search.
+combined over the threads by a fixed tree (device_folds.py). The vectors are kept in 16 bits, two numbers over the
+largest one in a whole number, for the start of the next search.
 
 A vector of zero length gives zeros from there on; the host looks for it in the numbers at the end.
 """
@@ -16,10 +16,11 @@ import functools
 from ..engine import ti
 from ..lanes import DEVICE_BLOCK
 from ..language.arguments import ARRAY, INDEX
+from ..language.threads import fold, turns_of
+from .device_folds import FOLDERS, fold_threads, make_fold
 
 ENTRY, ALPHA, BETA, LARGEST = 3, 0, 1, 2  # numbers of a vector, and their places
 SUMS = 3  # numbers behind those of the vectors
-FOLDERS = 256  # threads of the second stage of a sum
 UNIT = 32767.0  # of the kept vectors
 
 
@@ -42,28 +43,6 @@ def part_of(packed, place: ti.template()):
     return ti.cast(shifted >> 16, ti.f64) / UNIT
 
 
-def make_fold(threads: int, count: int):
-    """Return fold(partial, numbers, place), which completes so many sums into the numbers from `place` on."""
-
-    @ti.kernel
-    def fold(partial: ARRAY, numbers: ARRAY, place: ti.i32):
-        ti.loop_config(block_dim=DEVICE_BLOCK)
-        for t in range(FOLDERS):
-            for k in ti.static(range(count)):
-                total = 0.0
-                for j in range(threads // FOLDERS):
-                    total += partial[k * threads + t + j * FOLDERS]
-                partial[k * threads + t] = total
-        for _ in range(1):
-            for k in ti.static(range(count)):
-                total = 0.0
-                for j in range(FOLDERS):
-                    total += partial[k * threads + j]
-                numbers[place + k] = total
-
-    return fold
-
-
 @functools.cache
 def make_lanczos(threads: int):
     """Return the kernels by name, for so many threads a loop, memoised; first, end: numbers of the body in a vector."""
@@ -73,7 +52,7 @@ def make_lanczos(threads: int):
         """Prepare the product at u itself."""
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
-            for turn in range((end - first - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, end - first)):
                 i = first + t + turn * threads
                 trial[i] = u[i]
                 answer[i] = 0.0
@@ -84,7 +63,7 @@ def make_lanczos(threads: int):
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
             sums = [0.0, 0.0, 0.0]
-            for turn in range((end - first - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, end - first)):
                 i = first + t + turn * threads
                 a, b, m = start[i], here[i], mass[i // 3]
                 sums[0] += m * a * a
@@ -107,27 +86,12 @@ def make_lanczos(threads: int):
             if length == 0.0:  # they cancel
                 length, b = 1.0, 0.0
             most = 0.0
-            for turn in range((end - first - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, end - first)):
                 i = first + t + turn * threads
                 value = (a * start[i] + b * here[i]) / length
                 current[i] = value
                 most = ti.max(most, ti.abs(value))
             partial[t] = most
-
-    @ti.kernel
-    def fold_largest(partial: ARRAY, numbers: ARRAY, place: ti.i32):
-        """Find the largest number of the first vector."""
-        ti.loop_config(block_dim=DEVICE_BLOCK)
-        for t in range(FOLDERS):
-            most = 0.0
-            for j in range(threads // FOLDERS):
-                most = ti.max(most, partial[t + j * FOLDERS])
-            partial[t] = most
-        for _ in range(1):
-            most = 0.0
-            for j in range(FOLDERS):
-                most = ti.max(most, partial[j])
-            numbers[place] = most
 
     @ti.kernel
     def displace(
@@ -144,7 +108,7 @@ def make_lanczos(threads: int):
             if later > 0:
                 length = inverse_or_zero(numbers[entry - ENTRY + BETA])
             over = inverse_or_zero(numbers[entry + LARGEST])
-            for turn in range(((end - first + 1) // 2 - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, (end - first + 1) // 2)):
                 pair = t + turn * threads
                 i = first + 2 * pair
                 packed = 0
@@ -170,7 +134,7 @@ def make_lanczos(threads: int):
                 beta = numbers[entry - ENTRY + BETA]
             scale = numbers[entry + LARGEST] / difference
             total = 0.0
-            for turn in range((end - first - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, end - first)):
                 i = first + t + turn * threads
                 value = (here[i] - answer[i]) * scale
                 if later > 0:
@@ -189,7 +153,7 @@ def make_lanczos(threads: int):
         for t in range(threads):
             alpha = numbers[entry + ALPHA]
             total, most = 0.0, 0.0
-            for turn in range((end - first - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, end - first)):
                 i = first + t + turn * threads
                 value = before[i] - alpha * current[i]
                 before[i] = value
@@ -203,17 +167,9 @@ def make_lanczos(threads: int):
         """Complete beta and the largest number of the next vector."""
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(FOLDERS):
-            total, most = 0.0, 0.0
-            for j in range(threads // FOLDERS):
-                total += partial[t + j * FOLDERS]
-                most = ti.max(most, partial[threads + t + j * FOLDERS])
-            partial[t] = total
-            partial[threads + t] = most
+            fold_threads(partial, t, ("sum", "max"), threads)
         for _ in range(1):
-            total, most = 0.0, 0.0
-            for j in range(FOLDERS):
-                total += partial[j]
-                most = ti.max(most, partial[threads + j])
+            total, most = fold(partial, 0, 1, FOLDERS, "sum"), fold(partial, threads, 1, FOLDERS, "max")
             beta = ti.sqrt(ti.max(total, 0.0))
             numbers[entry + BETA] = beta
             numbers[entry + ENTRY + LARGEST] = most * inverse_or_zero(beta)
@@ -223,7 +179,7 @@ def make_lanczos(threads: int):
         """Add a kept vector times its weight to `start`, which is 0 before if it is fresh."""
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
-            for turn in range(((end - first + 1) // 2 - t + threads - 1) // threads):
+            for turn in range(turns_of(t, threads, (end - first + 1) // 2)):
                 pair = t + turn * threads
                 packed = kept[pair]
                 for k in ti.static(range(2)):
@@ -234,6 +190,7 @@ def make_lanczos(threads: int):
                             old = 0.0
                         start[i] = old + weight * part_of(packed, k)
 
-    own = (begin, norms, join, fold_largest, displace, respond, reduce, fold_length, add_kept)
-    folds = {"fold_norms": make_fold(threads, SUMS), "fold_alpha": make_fold(threads, 1)}
+    own = (begin, norms, join, displace, respond, reduce, fold_length, add_kept)
+    combined = {"fold_norms": ("sum",) * SUMS, "fold_largest": ("max",), "fold_alpha": ("sum",)}
+    folds = {name: make_fold(threads, combine) for name, combine in combined.items()}
     return {kernel.__name__: kernel for kernel in own} | folds

@@ -11,13 +11,14 @@ speed v falls by the traction of each part, and the next one sticks where v vani
 import functools
 from typing import Any, NamedTuple
 
-from ..contact.friction import MEAN_SPEED, SOFTNESS, SPEED, node_place
+from ..contact.friction import MEAN_SPEED, MOBILITY, SPEED, node_place
 from ..engine import ti
 from ..lanes import DEVICE_BLOCK
 from ..language.bundles import ContactOptions
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.joint_lists import number_of_list
 from ..language.signatures import Signature, kernel_of
+from ..language.threads import turns_of
 from ..layer.device_layers import at_entry, of_node, set_node
 from ..layer.layer1d_phases import make_phases
 from ..layer.layer1d_residual import MATERIAL, NODE, SCRATCH, SQRT3, material
@@ -65,14 +66,14 @@ from ..layer_places import (
 from .device_control import A_LAYER, WANTS
 
 
-class Behind:
-    """An array from a place on, inside a kernel; it is indexed like an array of its own."""
+class ArrayTail:
+    """The tail of an array inside a kernel, from the place `first` on; it is indexed like an array of its own."""
 
     def __init__(self, array, first) -> None:
         self.array, self.first = array, first
 
     def __getitem__(self, i):
-        return number_behind(self.array, self.first, i)
+        return number_of_tail(self.array, self.first, i)
 
 
 class Tables(NamedTuple):
@@ -83,19 +84,19 @@ class Tables(NamedTuple):
     first_parameter: Any
 
     @property
-    def columns(self) -> Behind:
+    def columns(self) -> ArrayTail:
         """Return the columns."""
-        return Behind(self.array, self.first_column)
+        return ArrayTail(self.array, self.first_column)
 
     @property
-    def parameters(self) -> Behind:
+    def parameters(self) -> ArrayTail:
         """Return the parameters."""
-        return Behind(self.array, self.first_parameter)
+        return ArrayTail(self.array, self.first_parameter)
 
 
 @ti.func
-def number_behind(array: ti.template(), first, i):
-    """Return number i of an array from place `first` on."""
+def number_of_tail(array: ti.template(), first, i):
+    """Return number i of the tail of an array that begins at place `first`."""
     return array[first + i]
 
 
@@ -152,7 +153,7 @@ def make_device_layers(
         before = own.cells[cell + CELL_WORK * stride]
         parts = 0
         # slip speed, mean speed of the kick, largest traction and pressure of the step; slip speed lost per traction
-        speed, mean, dry, pressing, softness = 0.0, 0.0, 0.0, 0.0, 0.0
+        speed, mean, dry, pressing, mobility = 0.0, 0.0, 0.0, 0.0, 0.0
         if phase != REST:
             parts = ti.cast(contact.layers[SUBSTEPS], ti.i32)
         if phase == SPEND:
@@ -173,24 +174,24 @@ def make_device_layers(
             if usual > 0.0:
                 mean += of_node(contact, WAITING, k) / usual
             mean = ti.max(mean, 0.0)
-            softness = contact.friction[node_place(k, SOFTNESS)] * area / float(parts)
+            mobility = contact.friction[node_place(k, MOBILITY)] * area / float(parts)
             dry = of_node(contact, COEFFICIENT, k) * ti.max(pressure, 0.0)
             pressing = pressure
         total, slips = 0.0, ti.select(used, 1.0, 0.0)
         for _ in range(parts):
             cap = dry
-            if softness > 0.0:
-                cap = ti.min(dry, speed / softness)
+            if mobility > 0.0:
+                cap = ti.min(dry, speed / mobility)
             own.cells[cell + CAP * stride] = ti.min(cap, 1e300)
-            own.cells[cell + DRAG * stride] = 0.5 * softness
+            own.cells[cell + DRAG * stride] = 0.5 * mobility
             layer_step(
                 tables.columns, tables.parameters, settings, own.rise, own.growth, own.hardening, own.carried,
                 own.cells, own.scratch, points, points * sides, base, spare, cell, ti.Vector([slips * mean]),
                 ti.Vector([slips * pressing]),
             )  # fmt: skip
             shear = ti.min(own.cells[cell + CELL_STRESS * stride] / SQRT3, cap)
-            speed = ti.max(speed - softness * shear, 0.0)
-            mean = ti.max(mean - softness * shear, 0.0)
+            speed = ti.max(speed - mobility * shear, 0.0)
+            mean = ti.max(mean - mobility * shear, 0.0)
             total += shear
         work = own.cells[cell + CELL_WORK * stride]
         if used:
@@ -223,7 +224,7 @@ def make_device_layers(
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
             if lists.control[WANTS] == A_LAYER:
-                for turn in range((count - t + threads - 1) // threads):
+                for turn in range(turns_of(t, threads, count)):
                     c = t + turn * threads
                     step_layer(batch, c, first + c, kick, contact, own)
 

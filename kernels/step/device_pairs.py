@@ -8,7 +8,7 @@ One thread takes what goes from slave to master, one row after another (contact/
 Within a block of steps the rows keep their faces and weights: nothing is searched, copied or waited for.
 """
 
-from ..contact.pair_loads import count_pairs, hand_over_pairs
+from ..contact.pair_loads import apply_to_masters, count_pairs
 from ..contact.pair_rows import fill_pair_rows, is_stale, press_all_masters
 from ..engine import ti
 from ..language.threads import leader
@@ -40,7 +40,7 @@ def load_pairs(body: ti.template(), boundary: ti.template(), contact: ti.templat
     """Count the rows of every pair, and sum up the forces on masters."""
     if ti.static(contact.options.coupled):
         count_pairs(contact.coupling, contact, rows)
-        hand_over_pairs(contact.coupling, boundary, body, contact, rows, rows.at.force)
+        apply_to_masters(contact.coupling, boundary, body, contact, rows, rows.at.force)
 
 
 @ti.func

@@ -17,7 +17,7 @@ from ..engine import ti
 from ..lanes import CHUNK_BITS, DEVICE_BLOCK, END_LANE, FIRST_LANE, PART, PART_CELLS
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
-from ..language.threads import combined
+from ..language.threads import combined, turns_of
 from ..materials import LAWS
 from ..nodes.device_nodes import moved_node, node_force, step_numbers
 from .device_control import row_of, takes_step
@@ -61,7 +61,7 @@ def make_loops(kinds: tuple[tuple[str, str], ...], threads: int, damped: str, bo
         if ti.static(i > 0):
             for k in ti.static(range(len(begin))):
                 sums[k] = lists.partial_sums[(NODE_SUMS + k) * threads + t]
-        for turn in range((end - t + threads - 1) // threads):
+        for turn in range(turns_of(t, threads, end)):
             lane = t + turn * threads
             while lane >= lists.parts[at + END_LANE]:
                 at += PART
@@ -81,7 +81,7 @@ def make_loops(kinds: tuple[tuple[str, str], ...], threads: int, damped: str, bo
         fold_partial_sums(lists, t, row, NODE_SUMS, combine, numbers, threads)
         numbers_of_step = step_numbers(body, steps, pulled)
         sums = [0.0 for _ in range(NODE_SUMS)]
-        for turn in range((body.mass.shape[0] - t + threads - 1) // threads):
+        for turn in range(turns_of(t, threads, body.mass.shape[0])):
             node = t + turn * threads
             force = node_force(lists, node)
             place = 0  # of a boundary node, from 1 on

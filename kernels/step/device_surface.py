@@ -14,6 +14,7 @@ from ..engine import ti
 from ..lanes import DEVICE_BLOCK, END_LANE, FIRST_LANE, PART, PART_CELLS
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
+from ..language.threads import turns_of
 
 
 def make_surface_cells(
@@ -36,7 +37,7 @@ def make_surface_cells(
         i = ti.static(measured[n])
         at = head + PART * surface.parts[i]
         end = surface.parts[head + PART * (surface.parts[i + 1] - 1) + END_LANE]
-        for turn in range((end - t + threads - 1) // threads):
+        for turn in range(turns_of(t, threads, end)):
             lane = t + turn * threads
             while lane >= surface.parts[at + END_LANE]:
                 at += PART

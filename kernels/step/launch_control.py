@@ -13,7 +13,7 @@ from .raw_rows import row_width
 # the present positions; behind these, in scenes with loads, 1: the host must compute them
 START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
 ROWS_DONE, FIRST, WANTS_MEASURE, WANTS_LAYERS = 7, 8, 9, 10
-RATE_LIMIT, WANTS_ROWS, TOUCHING_LIMIT, KNOWN = 11, 12, 13, 14
+RATE_LIMIT, WANTS_ROWS, CONTACT_LIMIT, KNOWN = 11, 12, 13, 14
 CONTROL = WANTS_LOADS = 15
 # states of the loop, and values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
@@ -36,7 +36,7 @@ def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.t
     if ti.static(viscous):
         calm = calm and raw[place + places.cells.viscous_rate] <= control[RATE_LIMIT]
     if ti.static(contact.options.model != ""):
-        calm = calm and raw[place + places.shared.contact_nodes] <= control[TOUCHING_LIMIT]
+        calm = calm and raw[place + places.shared.contact_nodes] <= control[CONTACT_LIMIT]
     if ti.static(rigid.exist):
         calm = calm and rigid_rate(rigid) <= rigid.values[LIMIT]
     return ti.select(calm, 0, 1)

@@ -95,7 +95,7 @@ def make_rank_copies(
             if phase == MEASURE:
                 fill_rows(obstacles, rows, contact, body.u)
                 fill_pair_rows(coupling, contact, boundary, rows, body)
-                measure_nodes(body, contact, measured)
+                measure_nodes(body, contact, None, measured)
             elif phase == ASSEMBLE:
                 assemble_pairs(body, boundary, contact, rows, coupling, system, measured, island)
                 judge(stats, system.settings, island, int(control[FIRST]))

@@ -31,9 +31,9 @@ from ..language.bundles import ContactOptions
 from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
 from ..static.control import MINIMUM_FORCE, SETTINGS, goals
+from ..static.friction_lanes import end_friction
 from ..static.massless_node import square
 from ..static.residual import assemble_node, collect, note_measure, rounding_of_node, set_right
-from ..static.rubbing import end_rubbing
 from ..static.solve import conclude, couplings_of_node, invert_diagonal, judge_island, make_linearise, summed
 from ..static.sweeps import advance_of_pair, begin_sweeps, extrapolate, longest_increment, move_by, sweep_range
 from .rank_phases import (
@@ -166,8 +166,8 @@ def make_rank_solve(
             elif phase == ADVANCE:
                 control[RESULT] = advance_of_pair(contact, system, begin, end)
             elif phase == END:
-                if ti.static(options.rubs_in_lanes):
-                    end_rubbing(contact, rows, system, island)
+                if ti.static(options.friction_in_lanes):
+                    end_friction(contact, rows, system, island)
             elif phase == LENGTH:
                 control[RESULT] = longest_increment(contact, system, island)
             elif phase == MOVE:

@@ -36,7 +36,7 @@ from ..static.solve import summed
 @ti.func
 def measure_rigid_rate(
     rigid: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), pairs: ti.template(),
-    system: ti.template(), body: ti.template(), before,
+    body: ti.template(), before,
 ):  # fmt: skip
     """Set the rate of the row: the bound of w^2 [1/s^2], the largest of all free obstacles.
 
@@ -52,7 +52,7 @@ def measure_rigid_rate(
             p = obstacles.candidates[r]
             if kind_of(rigid, p) == FREE:
                 if may_press(rigid, obstacles, rows, contact, body, before, k, r, p):
-                    add_node(rigid, obstacles, rows, contact, pairs, system, body, k, r, p)
+                    add_node(rigid, obstacles, rows, contact, pairs, body, k, r, p)
     largest = 0.0
     for p in range(count):
         for i in range(6):
@@ -87,7 +87,7 @@ def may_press(
 @ti.func
 def add_node(
     rigid: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), pairs: ti.template(),
-    system: ti.template(), body: ti.template(), k, r, p,
+    body: ti.template(), k, r, p,
 ):  # fmt: skip
     """Add row r of node k to the bound of free obstacle p."""
     arm = arm_of(obstacles, contact, body, k, p)

@@ -115,8 +115,8 @@ def make_serial_step(
     apply_loads = measure_loads = asks = None
     spring_forces = measure_springs = accelerate = move_on = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
-    set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
-    fill_pair_rows = count_pairs = hand_over_pairs = is_stale = press_all_masters = kick_pair_friction = None
+    set_pose = fill_rows = apply_rows = apply_kick_friction = obstacle_loads = any_island = None
+    fill_pair_rows = count_pairs = apply_to_masters = is_stale = press_all_masters = kick_pair_friction = None
     find_squeezed = layer_slip_of_pairs = None
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     note_slip = set_coefficients = None
@@ -140,10 +140,10 @@ def make_serial_step(
         from .rigid_rate import measure_rigid_rate
     coupled = options.coupled
     if coupled:
-        from ..contact.pair_loads import count_pairs, hand_over_pairs
+        from ..contact.pair_loads import apply_to_masters, count_pairs
         from ..contact.pair_rows import fill_pair_rows, is_stale, press_all_masters
     if has_contact:
-        from ..contact.constraint_rows import hand_over, hand_over_friction
+        from ..contact.constraint_rows import apply_kick_friction, apply_rows
         from ..contact.obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
         from ..contact.obstacles import set_pose
     if has_friction:
@@ -199,10 +199,10 @@ def make_serial_step(
             span = ti.select(after > 0.0, 0.5 * (before + after), before)
             impulse_load(body, boundary, contact, rows, span)
         if ti.static(has_load):
-            hand_over(body, contact, rows)
+            apply_rows(body, contact, rows)
         if ti.static(coupled):
             count_pairs(coupling, contact, rows)
-            hand_over_pairs(coupling, boundary, body, contact, rows, rows.at.force)
+            apply_to_masters(coupling, boundary, body, contact, rows, rows.at.force)
         if ti.static(has_friction):
             clear_work(contact)
         if ti.static(solve_has_friction):
@@ -225,14 +225,14 @@ def make_serial_step(
                 kick_pair_friction(body, boundary, contact, rows, coupling, damped)
             else:
                 kick_friction(body, boundary, contact, rows, obstacles, rigid, damped)
-            hand_over_friction(body, contact, rows)
+            apply_kick_friction(body, contact, rows)
             if ti.static(coupled):
-                hand_over_pairs(coupling, boundary, body, contact, rows, rows.at.kick_friction)
+                apply_to_masters(coupling, boundary, body, contact, rows, rows.at.kick_friction)
         if ti.static(has_contact and options.tracked):
             obstacle_loads(obstacles, rows, contact, rigid, body.u)
         if ti.static(options.free and options.tracked):
             load_free_obstacles(rigid, obstacles, contact)
-            measure_rigid_rate(rigid, obstacles, rows, contact, pairs, system, body, control[BEFORE])
+            measure_rigid_rate(rigid, obstacles, rows, contact, pairs, body, control[BEFORE])
         if ti.static(has_boundary and damped != ""):
             damp(body, boundary, contact, damped)
         if ti.static(has_springs):

@@ -16,7 +16,7 @@ from .rigid_rate import arm_of, may_press, mobility_of, normal_stiffness, stiffn
 @ti.func
 def measure_shared_rigid_rate(
     rigid: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), pairs: ti.template(),
-    system: ti.template(), body: ti.template(), before, count,
+    body: ti.template(), before, count,
 ):  # fmt: skip
     """Set the rate of the row as `measure_rigid_rate`; count: of the obstacles."""
     largest = 0.0

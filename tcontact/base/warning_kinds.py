@@ -29,11 +29,11 @@ class LockingWarning(RuntimeWarning):
 
 
 class EnergyWarning(RuntimeWarning):
-    """A run ended with a large energy error."""
+    """The energy error of a run exceeds 5 % of its largest kinetic and elastic energy; the text says what helps."""
 
 
 class LayerWarning(RuntimeWarning):
-    """The friction layers ended with an error far above their tolerance."""
+    """The friction layers ended with an error of more than five times their tolerance; the text says what helps."""
 
 
 class SlaveWarning(RuntimeWarning):
@@ -44,4 +44,4 @@ class SlaveWarning(RuntimeWarning):
 
 
 class PlasticStepWarning(RuntimeWarning):
-    """A point of a metal flowed so far in a step that its new state is inaccurate."""
+    """A point of a metal flowed by more than a plastic strain of 0.1 in a step, so that its new state is inaccurate."""

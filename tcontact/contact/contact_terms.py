@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from ..base.errors import InputError
 from ..cells.internal_force import InternalForce
-from ..nodes.boundary_nodes import BoundaryNodes
 from ..planning.domain import Domain
 from ..scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact
 from ..scene.scene import Scene
@@ -12,9 +11,7 @@ from .massless_contact import MasslessContactTerm
 from .term import ContactTerm, ImpulseContactTerm, PenaltyContactTerm
 
 
-def make_contact(
-    scene: Scene, domain: Domain, boundary_nodes: BoundaryNodes | None, force: InternalForce
-) -> ContactTerm | None:
+def make_contact(scene: Scene, domain: Domain, force: InternalForce) -> ContactTerm | None:
     """Make the contact term of a domain; None if its bodies can touch nothing."""
     if domain.contact is None:
         return None

@@ -18,8 +18,9 @@ from ..device.launch import Prepared
 from ..device.team import Team
 from ..nodes.boundary_nodes import BoundaryNodes
 from ..planning.domain import Domain
+from .bundles import behind_body, boundary_bundle, contact_bundles, place_behind_body, solve_bundles, within_limit
 from .massless_contact import MasslessContactTerm
-from .shared_solve import ResidualShares
+from .residual_shares import ResidualShares
 
 
 class CopiedSolve:
@@ -60,40 +61,31 @@ class CopiedSolve:
         self, domain: Domain, boundary: BoundaryNodes, sums: arrays.Array
     ) -> tuple[Prepared, tuple[arrays.Array, ...], int]:
         """Make the kernel, its arrays behind those of the force pass, and the place of those of the rows among them."""
-        from ..kernels.language.bundles import Boundary, Contact, Coupling, Obstacles, RankLaunch, Rows
-        from ..kernels.language.joint_lists import joined
-        from ..kernels.language.signatures import MOST, arguments, signature_of
-        from ..kernels.language.solve_bundles import PAIR_LISTS, JointPairs, Pairs, System
+        from ..kernels.language.bundles import Coupling, RankLaunch
+        from ..kernels.language.signatures import signature_of
         from ..kernels.step.rank_copies import make_rank_copies
 
         contact, solve = self.contact, self.contact.static_solve
         bundles = {
             "body": self.force.bundle(),
-            "boundary": Boundary(**boundary.arguments(), sums=sums),
-            "obstacles": Obstacles(**contact.obstacle_arguments()),
-            "rows": Rows(**contact.row_arguments()),
-            "contact": Contact(**contact.arguments(), sums=sums),
+            "boundary": boundary_bundle(boundary, sums),
+            **contact_bundles(contact, sums),
             "coupling": Coupling(self.rows.lists, self.rows.values),
-            "pairs": Pairs(**solve.pairs),
-            "system": System(**solve.system),
+            **solve_bundles(solve),
             "launch": RankLaunch(*self._scratch),
         }
-        if len(arguments(bundles)) > MOST:
-            lists = arrays.put(joined([arrays.get(solve.pairs[name]) for name in PAIR_LISTS]))
-            bundles["pairs"] = JointPairs(lists, solve.pairs["shape_gradients"], solve.pairs["values"])
+        bundles = within_limit(bundles, solve)
         kernel = make_rank_copies(signature_of(bundles), domain.kinds, contact.options, contact.plain)
-        skipped = len(arguments({"body": bundles["body"]}))
-        before = {name: bundles[name] for name in list(bundles)[: list(bundles).index("coupling")]}
-        return Prepared(kernel), arguments(bundles)[skipped:], len(arguments(before)) - skipped
+        return Prepared(kernel), behind_body(bundles), place_behind_body(bundles, "coupling")
 
     @property
     def stats(self) -> np.ndarray:
         """Numbers [STATS] of the solve, those of the kernel itself."""
         return np.asarray(self.contact.static_solve.stats).reshape(-1)
 
-    def hand_over(self) -> None:
+    def share_residual(self) -> None:
         """Share out what the last solve has left unbalanced."""
-        self.shares.hand_over(self.force, self.contact)
+        self.shares.share_residual(self.force, self.contact)
 
     def solve(self, u: arrays.Array, v: arrays.Array) -> None:
         """Bring the contact nodes to equilibrium at the displacement u [3n], in place."""

@@ -222,9 +222,9 @@ class DeviceLayers:
         """Return the layers at the end of a run as `LayeredFriction.state`."""
         return self.fetch().state(nodes, part)
 
-    def take_over(self, nodes: np.ndarray, state: LayerState, part: slice) -> None:
-        """Start from the layers of another run as `LayeredFriction.take_over`."""
-        self.fetch().take_over(nodes, state, part)
+    def start_from(self, nodes: np.ndarray, state: LayerState, part: slice) -> None:
+        """Start from the layers of another run as `LayeredFriction.start_from`."""
+        self.fetch().start_from(nodes, state, part)
         self._sent = False
 
     def kept(self) -> list[arrays.Array]:

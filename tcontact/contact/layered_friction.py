@@ -191,8 +191,8 @@ class LayeredFriction(Friction):
 
     def _solve(self, pressure: np.ndarray, kick: float) -> np.ndarray:
         """Solve layers and kick together; return the mean shear stress [Pa] over the kick [s]."""
-        speed, softness, mean = (
-            self.node(number) for number in (self.names.SPEED, self.names.SOFTNESS, self.names.MEAN_SPEED)
+        speed, mobility, mean = (
+            self.node(number) for number in (self.names.SPEED, self.names.MOBILITY, self.names.MEAN_SPEED)
         )
         # the work of the kick is that of the mean of the speeds before and after it
         usual = self.shear() * kick
@@ -200,14 +200,14 @@ class LayeredFriction(Friction):
         before = self.layers.cell("WORK")
         parts = self.substeps
         dt = kick / parts
-        softness = softness * self.areas / parts  # slip speed lost per shear stress in a part of the kick [m/(s Pa)]
+        mobility = mobility * self.areas / parts  # slip speed lost per shear stress in a part of the kick [m/(s Pa)]
         dry = self.coefficients * np.maximum(pressure, 0.0)
         total = np.zeros(len(speed))
         for _ in range(parts):
-            stick = np.where(softness > 0.0, speed / np.where(softness > 0.0, softness, 1.0), 1e300)
-            shear = self._advance(mean, pressure, np.minimum(dry, stick), 0.5 * softness, dt)
-            speed = np.maximum(speed - softness * shear, 0.0)
-            mean = np.maximum(mean - softness * shear, 0.0)
+            stick = np.where(mobility > 0.0, speed / np.where(mobility > 0.0, mobility, 1.0), 1e300)
+            shear = self._advance(mean, pressure, np.minimum(dry, stick), 0.5 * mobility, dt)
+            speed = np.maximum(speed - mobility * shear, 0.0)
+            mean = np.maximum(mean - mobility * shear, 0.0)
             total += shear
         self._kick_work = self.layers.cell("WORK") - before
         self._judge(speed > 0.0)
@@ -366,7 +366,7 @@ class LayeredFriction(Friction):
             internal,
         )
 
-    def take_over(self, nodes: np.ndarray, state: LayerState, part: slice) -> None:
+    def start_from(self, nodes: np.ndarray, state: LayerState, part: slice) -> None:
         """Start from the layers of another run; contact nodes [k] without one there start with a new layer.
 
         part: their slice of all contact nodes.
@@ -382,7 +382,7 @@ class LayeredFriction(Friction):
                 place = state.partners.index((kind.partner, kind.bodies))
                 begin = f"{place}/"
                 known = {name[len(begin) :]: values for name, values in internal.items() if name.startswith(begin)}
-                layers.batches[number].take_over(mine + layers.places(number, part).start, rows[mine], known)
+                layers.batches[number].start_from(mine + layers.places(number, part).start, rows[mine], known)
                 layers.used[there[internal["used"][rows[mine]] == place]] = number
         if self.partners is not None:
             self.partners.used = layers.used.copy()

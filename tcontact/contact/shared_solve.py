@@ -10,75 +10,20 @@ all ranks of an island have alike. kernels/step/rank_solve.py has the phases.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..cells.internal_force import InternalForce
 from ..device import arrays
-from ..device.exchange import Exchange, Handover
 from ..device.launch import Prepared
 from ..device.team import Team
-from ..kernels.lanes import SWEEP_LANES
 from ..nodes.boundary_nodes import BoundaryNodes
 from ..planning.domain import Domain
-from ..planning.partition.shared_contact import Lists, SharedContact
+from ..planning.partition.shared_contact import SharedContact
+from .bundles import behind_body, boundary_bundle, contact_bundles, solve_bundles, within_limit
 from .massless_contact import MasslessContactTerm
-
-
-class ResidualShares:
-    """Shares out what a static solve leaves unbalanced among the nodes that carry the mass of a contact node.
-
-    f_j += sum over contact nodes k of rest_k / number of receivers of k,   j among these
-
-    Every share is computed by one rank, and summed over all ranks with a copy of the receiver. width: nodes of the
-    part of this rank that have such shares.
-    """
-
-    def __init__(self, team: Team, shared: SharedContact) -> None:
-        from scipy.sparse import csr_matrix
-
-        self.rows = shared.receivers
-        self.exchange = team.exchange(shared.receivers_shared)
-        nodes, receivers = shared.pairs.T
-        places = np.searchsorted(self.rows, receivers)
-        size = len(self.rows), max(1, len(shared.nodes))
-        self._parts = csr_matrix((1.0 / shared.receiver_counts[nodes], (places, nodes)), shape=size)
-
-    def add(self, special_force: np.ndarray, rest: np.ndarray) -> None:
-        """Add the shares of the forces [k, 3] [N] to `special_force` [s, 3]; without contact nodes [1, 3] zeros."""
-        shares = np.asarray(self._parts @ rest)
-        self.exchange.add(shares)
-        special_force[self.rows] += shares
-
-    def hand_over(self, force: InternalForce, contact: MasslessContactTerm) -> None:
-        """Share out what the last solve has left unbalanced at the contact nodes of this rank."""
-        assert contact.residual_shares is not None
-        self.add(arrays.get(force.special_force).reshape(-1, 3), arrays.get(contact.residual_shares).reshape(-1, 3))
-
-
-@dataclass(frozen=True, eq=False)
-class SharedIsland:
-    """An island on this rank, and what it exchanges.
-
-    number: of the island here; team: the ranks that have a part of it, None for this one alone; colours [c]: first and
-    last + 1 pack of each colour of the whole island; own [2]: first and last + 1 node that this rank solves;
-    ghosts: where their increments stand; forces, diagonals: sums over copies; rows: sums of rows at their owners;
-    increments: of each colour, all of them, active rows and friction: from owners to copies.
-    """
-
-    number: int
-    team: Team | None
-    colours: Sequence[tuple[int, int]]
-    own: tuple[int, int]
-    ghosts: np.ndarray
-    forces: Exchange
-    diagonals: Exchange
-    rows: Handover
-    increments: Sequence[Handover]
-    everyone: Handover
-    active: Handover
-    friction: Handover | None
+from .residual_shares import ResidualShares
+from .shared_islands import ExchangePlaces, SharedIsland
 
 
 class SharedSolve:
@@ -110,7 +55,7 @@ class SharedSolve:
         self._scratch = arrays.zeros(rank_phases.CONTROL), arrays.zeros(rank_phases.MEASURED * count)
         self._launch, self._launch_sweep, self._parts = self._kernels(domain, boundary, sums)
         self._block, self._room = contact.block, len(contact.static_solve.system["stiffness"])
-        places = Places(team, domain, contact, self._room)
+        places = ExchangePlaces(team, domain, contact, self._room)
         self._islands = [places.island(number, own) for number, own in enumerate(teams)]
 
     @property
@@ -127,21 +72,16 @@ class SharedSolve:
         self, domain: Domain, boundary: BoundaryNodes, sums: arrays.Array
     ) -> tuple[Prepared, Prepared, tuple[tuple, tuple]]:
         """Make the kernels of the phases and of the sweeps, and the arrays of both, behind those of the force pass."""
-        from ..kernels.language.bundles import Boundary, Contact, Obstacles, RankLaunch, Rows
-        from ..kernels.language.joint_lists import joined
-        from ..kernels.language.signatures import MOST, arguments, signature_of
-        from ..kernels.language.solve_bundles import PAIR_LISTS, JointPairs, Pairs, System
+        from ..kernels.language.bundles import Contact, RankLaunch
+        from ..kernels.language.signatures import arguments, signature_of
         from ..kernels.step.rank_solve import make_rank_solve, make_rank_sweep
 
         contact, solve = self.contact, self.contact.static_solve
         bundles = {
             "body": self.force.bundle(),
-            "boundary": Boundary(**boundary.arguments(), sums=sums),
-            "obstacles": Obstacles(**contact.obstacle_arguments()),
-            "rows": Rows(**contact.row_arguments()),
-            "contact": Contact(**contact.arguments(), sums=sums),
-            "pairs": Pairs(**solve.pairs),
-            "system": System(**solve.system),
+            "boundary": boundary_bundle(boundary, sums),
+            **contact_bundles(contact, sums),
+            **solve_bundles(solve),
             "launch": RankLaunch(*self._scratch, None if self._viscous is None else self._viscous.data),
         }
         names = "nodes", "islands", "basis", "active", "compliance", "friction"
@@ -152,16 +92,13 @@ class SharedSolve:
             "launch": RankLaunch(self._scratch[0]),
         }
         sweep = make_rank_sweep(signature_of(of_sweeps), contact.options)
-        if len(arguments(bundles)) > MOST:
-            lists = arrays.put(joined([arrays.get(solve.pairs[name]) for name in PAIR_LISTS]))
-            bundles["pairs"] = JointPairs(lists, solve.pairs["shape_gradients"], solve.pairs["values"])
+        bundles = within_limit(bundles, solve)
         kernel = make_rank_solve(signature_of(bundles), domain.kinds, contact.options, contact.plain)
-        behind = arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
-        return Prepared(kernel), Prepared(sweep), (behind, arguments(of_sweeps))
+        return Prepared(kernel), Prepared(sweep), (behind_body(bundles), arguments(of_sweeps))
 
-    def hand_over(self) -> None:
+    def share_residual(self) -> None:
         """Share out what the last solve has left unbalanced."""
-        self.shares.hand_over(self.force, self.contact)
+        self.shares.share_residual(self.force, self.contact)
 
     def solve(self, u: arrays.Array, v: arrays.Array) -> None:
         """Bring the contact nodes to equilibrium at the displacement u [3n], in place."""
@@ -299,99 +236,3 @@ class SharedSolve:
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of the phases."""
         return [*self._scratch]
-
-
-class Places:
-    """Where the numbers stand that the ranks exchange for the contact of a domain; room: nodes of `System.right`."""
-
-    def __init__(self, team: Team, domain: Domain, contact: MasslessContactTerm, room: int) -> None:
-        self.team, self.domain, self.contact, self.room = team, domain, contact, room
-        self.shared: SharedContact = domain.shared
-        assert domain.whole is not None
-        assert domain.whole.contact is not None
-        assert domain.whole.contact.graph is not None
-        self.graph = domain.whole.contact.graph
-        everyone = np.concatenate([self.shared.nodes, self.shared.ghosts])
-        self.colour = np.searchsorted(self.graph.colour_start, everyone, side="right") - 1
-        starts = [island.nodes.start for island in contact.islands]
-        self.island_of = np.searchsorted(starts, np.arange(len(self.shared.nodes)), side="right") - 1
-        first = {int(self.graph.nodes.size)}  # of every island of the whole domain among its contact nodes
-        first |= {int(start) for start in domain.whole.contact_start}
-        self.firsts = sorted(first)
-
-    def island(self, number: int, team: Team | None) -> SharedIsland:
-        """Return an island of this rank; team: as in `SharedIsland`."""
-        shared, contact, block = self.shared, self.contact, self.contact.block
-        nodes = contact.islands[number].nodes
-        begin = int(np.searchsorted(self.firsts, shared.nodes[nodes.start], side="right")) - 1
-        whole = self.firsts[begin], self.firsts[begin + 1]  # its contact nodes in the whole domain
-        inside = np.concatenate([shared.nodes, shared.ghosts])
-        inside = (inside >= whole[0]) & (inside < whole[1])
-        colours = [c for c, first in enumerate(self.graph.colour_start) if whole[0] <= first < whole[1]]
-        packs = np.array([self._packs(*shared.colours[colour]) for colour in colours]).reshape(-1, 2)
-        of_row = inside[: len(shared.nodes)]
-        entries = np.repeat(of_row, np.diff(shared.graph.row_start)) if shared.graph is not None else of_row
-        sent, received = ([(o, p[inside[p]]) for o, p in lists] for lists in (shared.sent, shared.received))
-        copies = [(other, rows[of_row[rows]]) for other, rows in shared.copies]
-        copies = [(other, rows) for other, rows in copies if len(rows)]
-        rows = [[(o, e[entries[e]]) for o, e in lists] for lists in (shared.rows_sent, shared.rows_received)]
-        k = len(shared.nodes)
-        own_copies = [(other, nodes_of[nodes_of < k]) for other, nodes_of in received]
-        return SharedIsland(
-            number,
-            team,
-            [(int(first), int(last)) for first, last in packs],
-            (nodes.start, nodes.start + int(shared.owned[nodes].sum())),
-            k + np.flatnonzero(inside[k:]),
-            self.team.exchange(copies, 4),
-            self.team.exchange(copies, block * block),
-            self.team.handover(*(self._blocks(lists) for lists in rows)),
-            [self._increments(sent, received, colour) for colour in colours],
-            self._increments(sent, received, None),
-            self.team.handover(_flat(self._held(sent), 1), _flat(own_copies, 1)),
-            self._friction(self._held(sent), own_copies),
-        )
-
-    def _packs(self, begin: int, end: int) -> tuple[int, int]:
-        """Return first and last + 1 pack of the nodes begin .. end, which are of one colour."""
-        starts = self.contact.order.pack_start
-        return (0, 0) if begin == end else (int(np.searchsorted(starts, begin)), int(np.searchsorted(starts, end)))
-
-    def _increments(self, sent: Sequence, received: Sequence, colour: int | None) -> Handover:
-        """Return what hands over the increments of a colour, None: of all of them."""
-        steps = self.room * np.arange(self.contact.block)
-
-        def places(lists: Sequence) -> list[tuple[int, np.ndarray]]:
-            chosen = [(o, p if colour is None else p[self.colour[p] == colour]) for o, p in lists]
-            return [(other, nodes[:, None] + steps) for other, nodes in chosen]
-
-        return self.team.handover(places(sent), places(received))
-
-    def _blocks(self, lists: Sequence) -> list[tuple[int, np.ndarray]]:
-        """Return the places of blocks of K_KK in `System.values`."""
-        size = SWEEP_LANES * np.arange(self.contact.block**2)
-        places = self.contact.order.entry_place
-        return [(other, places[entries][:, None] + size) for other, entries in lists]
-
-    def _held(self, sent: Sequence) -> list[tuple[int, np.ndarray]]:
-        """Return the nodes that others have copies of, of those whose increments they get."""
-        copies = {other: set(rows.tolist()) for other, rows in self.shared.copies}
-        return [(o, p[[n in copies.get(o, set()) for n in p.tolist()]]) for o, p in sent]
-
-    def _friction(self, sent: Sequence, received: Sequence) -> Handover | None:
-        """Return what hands over the friction in the rows of nodes, None without friction in the static solve."""
-        options = self.contact.options
-        if not options.static_friction:
-            return None
-        at, slots = options.row_places, self.contact.slots
-        columns = np.array([at.pressing, *(at.traction + np.arange(3))])
-        numbers = (at.width * np.arange(slots)[:, None] + columns).reshape(-1)
-
-        def places(lists: Sequence) -> list[tuple[int, np.ndarray]]:
-            return [(other, nodes[:, None] * (slots * at.width) + numbers) for other, nodes in lists]
-
-        return self.team.handover(places(sent), places(received))
-
-
-def _flat(lists: Sequence, width: int) -> Lists:
-    return tuple((other, nodes.reshape(-1, width)) for other, nodes in lists)

@@ -106,7 +106,7 @@ class StaticSolve:
         from ..kernels.materials import LAWS
 
         contact, model, names = domain.contact, scene.contact, self.names
-        blocks = [block for body in island.bodies for block in body.touching]
+        blocks = [block for body in island.bodies for block in body.contact_blocks]
         materials = [block.own.material for block in blocks]
         materials = materials or [material for body in island.bodies for material in body.body.materials]
         graphs = [(body, body.contact.graph) for body in island.bodies if body.contact and body.contact.graph]
@@ -115,9 +115,9 @@ class StaticSolve:
         flat = all(obstacle.shape == "plane" for obstacle in scene.obstacles) and not island.coupled
         linear = flat and all(material.linear for material in materials)
         softest = [
-            max(block.own.material.lame_lambda + 2.0 * block.own.material.lame_mu for block in body.touching)
+            max(block.own.material.lame_lambda + 2.0 * block.own.material.lame_mu for block in body.contact_blocks)
             for body in island.bodies
-            if body.touching
+            if body.contact_blocks
         ]
         stiffness = min(softest, default=0.0)
         settings = np.zeros(names.SETTINGS)
@@ -142,7 +142,7 @@ class StaticSolve:
                 edges = [
                     shortest_edge(body.reference, block.cells[block.contact])
                     for body in island.bodies
-                    for block in body.touching
+                    for block in body.contact_blocks
                 ]
                 settings[names.REACH] = REACH * min(edges)
             settings[names.MINIMUM_FORCE] = MINIMUM_FORCE * stiffness * float(contact.areas[island.nodes].mean())
@@ -161,7 +161,7 @@ class StaticSolve:
 
     def _reason(self, island: Island, numbers: np.ndarray) -> str:
         """Return why the solve of an island with these numbers [STATS] did not converge, and what to try."""
-        own = [block.own for block in island.body.touching]
+        own = [block.own for block in island.body.contact_blocks]
         text = "the static solve of the contact nodes stopped at a residual of"
         text += f" {numbers[self.names.RESIDUAL]:.3g} (wanted {self.tolerance:.3g})"
         if not numbers[self.names.PIVOT] > 0.0:

@@ -21,8 +21,8 @@ class Exchange:
     """Adds parts of values at shared nodes over the ranks.
 
     comm: communicator of mpi4py; shared: for every rank with copies, ascending, the rows [k] of the values, in the
-    order that both ranks have; width: numbers of a row. messages, bytes_sent: counts since the start, of this rank;
-    all_messages, all_bytes: of all exchanges of this process.
+    order that both ranks have; width: numbers of a row. bytes_sent: by this rank so far; all_messages,
+    all_bytes: what all exchanges of this process have sent.
     """
 
     all_messages: ClassVar[int] = 0
@@ -42,7 +42,7 @@ class Exchange:
             for (other, _), out, into in zip(self.shared, self.sent, self.received, strict=True)
             for request in (comm.Recv_init(into, source=other, tag=1), comm.Send_init(out, dest=other, tag=1))
         ]
-        self.messages = self.bytes_sent = 0
+        self.bytes_sent = 0
 
     def start(self, values: np.ndarray) -> None:
         """Send the parts of this rank of values [n, width]; between `start` and `finish` the other rows may change."""
@@ -51,7 +51,6 @@ class Exchange:
         for request in self.requests:
             request.Start()
         size = sum(out.nbytes for out in self.sent)
-        self.messages += len(self.shared)
         self.bytes_sent += size
         Exchange.all_messages += len(self.shared)
         Exchange.all_bytes += size

@@ -1,7 +1,7 @@
 """What the first rank does alone, with values of all ranks where it needs them.
 
-    first rank:   act, and for every value of all ranks in it: name it to the others, collect it
-    others:       follow: do their part of what is named, until the first one has done
+    first rank:     runs a function; where this calls a collective method, it names the method to the other ranks
+    other ranks:    wait, and call every method that is named, until the function has returned
 
 So frames, results and looks at whole bodies need arrays of whole bodies on the first rank only, and code that reads
 them need not know what it needs before it runs.
@@ -22,29 +22,29 @@ Value = TypeVar("Value")
 
 
 class Lead:
-    """Lets the first rank of a communicator act, while the others follow.
+    """Lets the first rank of a communicator run a function alone, while the others wait for what it needs of them.
 
-    acting: the first rank acts, here; the others wait for what it names.
+    leads: this is the first rank; acting: it is running such a function.
     """
 
     def __init__(self, comm: Any) -> None:
         self.comm, self.leads, self.acting = comm, int(comm.Get_rank()) == 0, False
         self._known: dict[int, Any] = {}  # by numbers, the same on all ranks
 
-    def joined_by(self, thing: Any) -> int:
-        """Make an object known whose methods `led` marks, in the same order on all ranks; return its number."""
+    def register(self, thing: Any) -> int:
+        """Make an object with collective methods known, in the same order on all ranks; return its number."""
         self._known[len(self._known)] = thing
         return len(self._known) - 1
 
-    def act(self, act: Callable[[], Value]) -> Value | None:
-        """Return what the first rank gets from a function; None on the others, which follow.
+    def alone(self, act: Callable[[], Value]) -> Value | None:
+        """Run a function on the first rank and return what it gives there, None on the other ranks.
 
         Raises its `InputError`, `OutputError` or `FunctionError` on all ranks.
         """
         return self._act(act, False)
 
     def decide(self, act: Callable[[], Value]) -> Value:
-        """Return what the first rank gets from a function, on all ranks; raises as `act`."""
+        """Run a function on the first rank and return on all ranks what it gives; raises as `alone`."""
         found: Any = self._act(act, True)
         return found
 
@@ -65,7 +65,7 @@ class Lead:
         return found
 
     def _follow(self) -> Any:
-        """Do what the first rank names until it has done; return what it tells."""
+        """Call the methods that the first rank names until its function has returned; return what it sends then."""
         while True:
             number, *given = self.comm.bcast(None)
             if number is None:
@@ -77,8 +77,8 @@ class Lead:
             getattr(self._known[number], name)(*words)
 
     @contextmanager
-    def naming(self, number: int, name: str, given: tuple[Any, ...]) -> Iterator[None]:
-        """Let the others call a method of their object of this number, if the first rank acts."""
+    def calling(self, number: int, name: str, given: tuple[Any, ...]) -> Iterator[None]:
+        """Let the other ranks call a method of their object of this number, if the first rank runs a function alone."""
         acting = self.acting
         if acting:
             self.comm.bcast((number, name, given))
@@ -100,15 +100,15 @@ class Lead:
         return found
 
 
-def led(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Let the other ranks call a method too wherever the first one, which acts alone, calls it.
+def collective(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a method as one that all ranks call: where the first one, alone, calls it, the others are told to.
 
-    Its object has the attributes lead (`Lead`) and led_as: its number there.
+    Its object has the attributes lead (`Lead`) and lead_number, its number there (`Lead.register`).
     """
 
     @wraps(method)
     def called(self: Any, *given: Any) -> Any:
-        with self.lead.naming(self.led_as, method.__name__, given):
+        with self.lead.calling(self.lead_number, method.__name__, given):
             return method(self, *given)
 
     return called

@@ -231,7 +231,7 @@ class Layer:
         numbers = arrays.get(self._state).reshape(-1, self._cell_numbers, self._stride).transpose(0, 2, 1)
         return known | {"cells": numbers.reshape(-1, self._cell_numbers)[: self.cells].copy(), "base": self._base}
 
-    def take_over(self, cells: np.ndarray, rows: np.ndarray, state: dict[str, np.ndarray]) -> None:
+    def start_from(self, cells: np.ndarray, rows: np.ndarray, state: dict[str, np.ndarray]) -> None:
         """Start cells [m] of a new batch from rows [m] of the `state` of another one; their work starts at 0."""
         rise = state["rise"][rows] + (state["base"] - self._base)
         if "carried" in state and self.plastic_heat == 0.0:

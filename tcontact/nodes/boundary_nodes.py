@@ -14,7 +14,7 @@ SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 def flat_tensors(tensors: np.ndarray) -> np.ndarray:
-    """Symmetric tensors [s, 3, 3] as (xx, yy, zz, xy, yz, xz) [s, 6]."""
+    """Return symmetric tensors [s, 3, 3] as (xx, yy, zz, xy, yz, xz) [s, 6]."""
     return np.stack([tensors[:, i, j] for i, j in SYMMETRIC], axis=1)
 
 
@@ -46,11 +46,11 @@ class BoundaryNodes:
         self.load = arrays.put(np.concatenate([load.reshape(-1), behind]))
 
     def arguments(self) -> dict[str, arrays.Array]:
-        """Arrays by the names of kernels/language/bundles.Boundary."""
+        """Return the arrays by the names of kernels/language/bundles.Boundary."""
         return {"nodes": self.nodes, "mass": self.mass, "inverse_mass": self.inverse_mass, "load": self.load}
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of this term."""
+        """Return the arrays of this term."""
         return [self.nodes, self.mass, self.inverse_mass, self.load, self.force]
 
 
@@ -76,10 +76,10 @@ class Supports:
         self.speeds = arrays.put(values)
 
     def arguments(self) -> dict[str, Any]:
-        """Arrays by the names of kernels/language/bundles.Supports."""
+        """Return the arrays by the names of kernels/language/bundles.Supports."""
         found: dict[str, Any] = {"components": self.components, "speeds": self.speeds}
         return {**found, "driven": True} if self.driven else found
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of this term."""
+        """Return the arrays of this term."""
         return [self.components, self.speeds]

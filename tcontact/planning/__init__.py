@@ -9,7 +9,8 @@ How it works. `planning.plan` decides the terms of a scene and makes a `BodyPlan
     contact_graph, sweep_order             the surface problem of the static solve, coloured and in lanes
     static_solver                          whether sweeps or MPRGP solve it, and why
     domain, islands                        one numbering of nodes, blocks of cells; the contact nodes of each body
-    packing, domain_packs                  cells in packs of lanes, packs in chunks
+    node_order                             numbering of nodes and cells that keeps neighbours together in memory
+    packing, chunk_rows, domain_packs      cells in packs of lanes, packs in chunks with force rows of their own
     partition                              a mesh cut over processes: parts, their copies of nodes, contact nodes
     device_path                            what threads of a GPU step, and what keeps a domain off that path
     measured                               which numbers the rows of a history hold

@@ -168,7 +168,7 @@ class BodyPlan:
         return tuple(found)
 
     @property
-    def touching(self) -> tuple[PlanBlock, ...]:
+    def contact_blocks(self) -> tuple[PlanBlock, ...]:
         """Its blocks with contact cells."""
         return tuple(block for block in self.blocks if len(block.contact))
 

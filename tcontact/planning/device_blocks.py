@@ -26,9 +26,9 @@ def contact_blocks(domain: Domain, options: ContactOptions) -> int:
     that move, pairs of bodies, springs, loads and supports that functions of time move.
     """
     assert domain.contact is not None
-    rubs = options.static_friction or options.varied or options.layered
+    friction = options.static_friction or options.varied or options.layered
     moves = options.posed or options.free or options.coupled or options.model != "massless"
-    if rubs or moves or domain.driven or domain.springs or domain.loaded:
+    if friction or moves or domain.driven or domain.springs or domain.loaded:
         return 1
     return blocks_of(len(domain.contact.nodes))
 

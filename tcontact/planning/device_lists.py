@@ -88,7 +88,7 @@ def surface_corners(node_corners: np.ndarray, nodes: np.ndarray, lowest: int = 0
     return np.concatenate([starts, places[kept]]).astype(np.int32)
 
 
-def givers(start: np.ndarray, receivers: np.ndarray, count: int) -> np.ndarray:
+def residual_donors(start: np.ndarray, receivers: np.ndarray, count: int) -> np.ndarray:
     """Transpose the list of residual receivers of the contact nodes, start [k + 1] and places of boundary nodes.
 
     Returns for each of `count` boundary nodes the start of its contact nodes [count + 1], then these, ascending.
@@ -99,7 +99,7 @@ def givers(start: np.ndarray, receivers: np.ndarray, count: int) -> np.ndarray:
     return np.concatenate([starts, owner[order]]).astype(np.int32)
 
 
-def load_givers(data: np.ndarray) -> np.ndarray:
+def load_sources(data: np.ndarray) -> np.ndarray:
     """Return what acts on each loaded node: start of each [nodes + 1], then entries and corners of faces, ascending.
 
     data: of the loads (kernels/load_places.py); a corner has the number of entries + 4 face + corner.

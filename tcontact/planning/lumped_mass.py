@@ -62,7 +62,7 @@ def masses_in_parts(
 
 
 def corner_masses(kind: str, nodes: np.ndarray, cells: np.ndarray, density: float) -> np.ndarray:
-    """Lumped mass of each corner of the cells [m, corners] [kg], see `masses_in_parts`."""
+    """Return the lumped mass of each corner of the cells [m, corners] [kg], see `masses_in_parts`."""
     masses = np.zeros(cells.shape)
     for part, own in masses_in_parts(kind, nodes, cells, density):
         masses[part] = own
@@ -70,7 +70,7 @@ def corner_masses(kind: str, nodes: np.ndarray, cells: np.ndarray, density: floa
 
 
 def node_areas(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Area weight A_k [n] [m^2]: integral of N_k over the faces, in the reference state.
+    """Return the area weight A_k [n] [m^2]: integral of N_k over the faces, in the reference state.
 
     Among quadrilaterals a triangle repeats its last corner; the quadrature is exact for it too.
     """

@@ -112,16 +112,8 @@ def volume_arrays(domain: Domain, packs: CellPacks) -> tuple[np.ndarray, np.ndar
         places.RING: np.concatenate(ring).reshape(-1),
         places.BLOCKS: np.array([(shifts[i], lanes[i + len(domain.blocks)]) for i in touching]).reshape(-1),
     }
-    slopes = np.zeros((0, places.SLOPE))
-    spreads = 0
-    if domain.contact is not None and domain.contact.graph is not None:
-        graph = domain.contact.graph
-        parts[places.MEMBERS] = graph.member_start
-        parts[places.TERMS] = _with_starts(np.diff(graph.term_start), graph.terms)
-        parts[places.PRODUCTS] = _with_starts(2 * np.diff(graph.product_start), graph.products.reshape(-1))
-        slopes = np.zeros((len(graph.member_factors), places.SLOPE))
-        slopes[:, -1] = graph.member_factors
-        spreads = 3 * places.CORNERS * len(graph.cells)
+    contact_lists, spreads, slopes = _of_contact(domain)
+    parts |= contact_lists
     numbers_of = {
         places.SHARES: shares,
         places.CHANGES: np.zeros(total),
@@ -133,18 +125,34 @@ def volume_arrays(domain: Domain, packs: CellPacks) -> tuple[np.ndarray, np.ndar
     head[places.COUNT] = len(order)
     head[places.RING_COUNT] = int(np.concatenate(in_ring).sum())
     head[places.RING_CELLS] = len(np.concatenate(ring))
-    first = places.HEAD
+    values = np.concatenate([np.zeros(packs.lanes), *numbers_of.values()])
+    _place(head, numbers_of, packs.lanes)
+    _place(head, parts, places.HEAD)
+    return np.concatenate([head, *parts.values()]).astype(np.int32), values
+
+
+def _place(head: np.ndarray, parts: dict[int, np.ndarray], first: int) -> None:
+    """Note in the head where each part begins, one after another from `first` on; starts of lists count from there."""
     for name, part in parts.items():
         head[name] = first
         if name in (places.STARTS, places.TERMS, places.PRODUCTS):
             part[: part[0]] += first
         first += len(part)
-    first = packs.lanes
-    for name, part in numbers_of.items():
-        head[name] = first
-        first += len(part)
-    values = np.concatenate([np.zeros(packs.lanes), *numbers_of.values()])
-    return np.concatenate([head, *parts.values()]).astype(np.int32), values
+
+
+def _of_contact(domain: Domain) -> tuple[dict[int, np.ndarray], int, np.ndarray]:
+    """Return the lists of the contact nodes, the numbers that their spreads take, and the slopes [members, SLOPE]."""
+    if domain.contact is None or domain.contact.graph is None:
+        return {}, 0, np.zeros((0, places.SLOPE))
+    graph = domain.contact.graph
+    lists = {
+        places.MEMBERS: graph.member_start,
+        places.TERMS: _with_starts(np.diff(graph.term_start), graph.terms),
+        places.PRODUCTS: _with_starts(2 * np.diff(graph.product_start), graph.products.reshape(-1)),
+    }
+    slopes = np.zeros((len(graph.member_factors), places.SLOPE))
+    slopes[:, -1] = graph.member_factors
+    return lists, 3 * places.CORNERS * len(graph.cells), slopes
 
 
 def _with_starts(counts: np.ndarray, entries: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from ..base.errors import InputError
 from ..base.memory import aligned
 from ..kernels.lanes import CHUNK_BITS, CHUNKS, COUNTING, MATERIALS, MAXIMUM_CHUNKS, WIDTH
-from ..mesh.geometry import chunks_of, grid_planes
+from .chunk_rows import rows_of_chunks, shared_out
 
-__all__ = ["CHUNKS", "WIDTH", "Block", "CellPacks", "pack_blocks", "pack_cells", "slab_order"]
+__all__ = ["CHUNKS", "WIDTH", "Block", "CellPacks", "pack_blocks", "pack_cells"]
 
 IntArray = NDArray[np.int32]
 MAXIMUM_STORED = 1 << 30  # as many places has an array that whole vectors are read from (kernels/language/vectors.py)
@@ -126,7 +126,7 @@ def pack_cells(
 
 
 def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: int = CHUNKS) -> CellPacks:
-    """Pack blocks of cells of renumbered nodes (see `slab_order`) for the force pass.
+    """Pack blocks of cells of renumbered nodes (see `node_order.slab_order`) for the force pass.
 
     kinds: number of elements with a law that the kernel is compiled for; chunks: at most 31. Any order of the cells
     works; a local one keeps the rows short. Raises `InputError` for an empty or out-of-range connectivity, width < 1 or
@@ -161,63 +161,25 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
         )
         raise InputError("cells", int(shape_places[-1]), remedy)
 
-    spans = _shared_out(ordinary, chunks)
-    first = np.full(node_count, chunks, dtype=np.int32)
-    last = np.full(node_count, -1, dtype=np.int32)
-    low = np.full(chunks, node_count, dtype=np.int64)
-    high = np.full(chunks, -1, dtype=np.int64)
-    for chunk in range(chunks):
-        for part, (start, end) in zip(ordinary, spans[chunk], strict=True):
-            nodes = part[start:end]
-            if nodes.size:
-                low[chunk], high[chunk] = min(low[chunk], nodes.min()), max(high[chunk], nodes.max())
-                last[nodes.ravel()] = chunk
-    for chunk in reversed(range(chunks)):
-        for part, (start, end) in zip(ordinary, spans[chunk], strict=True):
-            first[part[start:end].ravel()] = chunk
-    low = np.minimum.accumulate(low[::-1])[::-1]
-    high = np.maximum.accumulate(high)
-    span = np.maximum(high - low + 1, 0)
-    offset = np.concatenate(([0], np.cumsum(span)))
-    own = int(offset[-1] - places[len(blocks)])  # row of place 0, for contact cells
-    bases = np.where(span > 0, offset[:-1] - low, 0)
-    orphan = last < 0
-    first[orphan], last[orphan] = 1, 0
-
-    table: list[int] = []
-    segments: list[tuple[int, ...]] = []
-    halves = [(spans, 0, bases, 0)]
+    spans = shared_out(ordinary, chunks)
+    rows = rows_of_chunks(ordinary, spans, node_count)
+    own = rows.size - int(places[len(blocks)])  # row of place 0, for contact cells
+    starts = _Starts(places, lanes, memory, shape_places)
+    parts_of = [(spans, 0, rows.bases)]
     if counting:
-        halves.append((_shared_out(contact_parts, chunks), len(blocks), np.zeros(chunks, dtype=np.int64), 1))
-    for ranges, shift, row_bases, owns in halves:
-        for chunk in range(chunks):
-            for kind in range(kinds):
-                table.append(len(segments))
-                for number, block in enumerate(blocks):
-                    start, end = ranges[chunk][number]
-                    if block.kind == kind and end > start:
-                        cells = block.contact if owns else len(block.cells) - block.contact
-                        where = (
-                            places[number + shift],
-                            block.material,
-                            own,
-                            lanes[number + shift],
-                            memory[number + shift],
-                            shape_places[number + shift] if block.shape else 0,
-                        )
-                        segments.append((start, end, cells, *where))
-            table += [len(segments), int(row_bases[chunk]), owns]
+        parts_of.append((shared_out(contact_parts, chunks), len(blocks), np.zeros(chunks, dtype=np.int64)))
+    table, segments = _tables(blocks, kinds, starts, parts_of, own)
     corners = [
         own + places[len(blocks) + number] + _corner_places(block.contact, block.width, block.cells.shape[1])
         for number, (block, part) in enumerate(zip(blocks, contact_parts, strict=True))
     ]
     return CellPacks(
         connectivity=connectivity,
-        chunk_table=np.array(table, dtype=np.int32),
-        segments=np.array(segments, dtype=np.int32).ravel(),
-        node_info=first | (last << CHUNK_BITS),
+        chunk_table=table,
+        segments=segments,
+        node_info=rows.first | (rows.last << CHUNK_BITS),
         chunks=chunks,
-        row_count=int(offset[-1] + places[-1] - places[len(blocks)]),
+        row_count=int(rows.size + places[-1] - places[len(blocks)]),
         lanes=int(lanes[-1]),
         first_contact_lane=int(lanes[len(blocks)]),
         corner_rows=int(places[-1] - places[len(blocks)]),
@@ -227,6 +189,53 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
         shapes=int(shape_places[-1]) - 3 * node_count if shapes[-1] else 0,
         shape_places=shape_places,
     )
+
+
+class _Starts(NamedTuple):
+    """Where every block begins, first its ordinary cells, then its contact cells [2 blocks + 1].
+
+    connectivity: its corners; lanes; memory: state of its points; shapes: stored shapes of its cells.
+    """
+
+    connectivity: NDArray[np.int64]
+    lanes: NDArray[np.int64]
+    memory: NDArray[np.int64]
+    shapes: NDArray[np.int64]
+
+
+def _tables(
+    blocks: Sequence[Block],
+    kinds: int,
+    starts: _Starts,
+    parts: list[tuple[list[list[tuple[int, int]]], int, NDArray[np.int64]]],
+    own: int,
+) -> tuple[IntArray, IntArray]:
+    """Return chunk table and segments, see `CellPacks`; kinds: as in `pack_blocks`; own: row of place 0.
+
+    parts: of ordinary cells, then of contact cells, if there are any: packs of every block in every chunk, number of
+    the first of these blocks in `starts`, and the row of node 0 in every chunk.
+    """
+    table: list[int] = []
+    segments: list[tuple[int, ...]] = []
+    for owns, (ranges, shift, row_bases) in enumerate(parts):
+        for chunk, row_base in enumerate(row_bases):
+            for kind in range(kinds):
+                table.append(len(segments))
+                for number, block in enumerate(blocks):
+                    start, end = ranges[chunk][number]
+                    if block.kind == kind and end > start:
+                        cells = block.contact if owns else len(block.cells) - block.contact
+                        where = (
+                            starts.connectivity[number + shift],
+                            block.material,
+                            own,
+                            starts.lanes[number + shift],
+                            starts.memory[number + shift],
+                            starts.shapes[number + shift] if block.shape else 0,
+                        )
+                        segments.append((start, end, cells, *where))
+            table += [len(segments), int(row_base), owns]
+    return np.array(table, dtype=np.int32), np.array(segments, dtype=np.int32).ravel()
 
 
 def _places(sizes: list[int]) -> NDArray[np.int64]:
@@ -259,93 +268,3 @@ def _corner_places(count: int, width: int, corners: int) -> NDArray[np.int64]:
     """Return the places [count * corners] of the corners of a block in its connectivity, cell by cell."""
     cell, corner = np.divmod(np.arange(count * corners), corners)
     return ((cell // width) * corners + corner) * width + cell % width
-
-
-def _shared_out(parts: list[IntArray], chunks: int) -> list[list[tuple[int, int]]]:
-    """Divide the packs into chunks: first and end pack of every block [blocks] in every chunk [chunks].
-
-    Packs of all blocks are taken in the order of their lowest nodes, keeping the order within a block; every chunk gets
-    about as many corners.
-    """
-    lowest = [np.maximum.accumulate(part.min(axis=(1, 2), initial=2**31 - 1)) for part in parts]
-    owner = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
-    order = np.argsort(np.concatenate(lowest), kind="stable")
-    owner = owner[order]
-    work = np.concatenate([[0], np.cumsum(np.array([part.shape[1] for part in parts], dtype=np.int64)[owner])])
-    bounds = np.searchsorted(work * chunks, work[-1] * np.arange(chunks + 1), side="right") - 1
-    before = np.stack([np.concatenate([[0], np.cumsum(owner == number)])[bounds] for number in range(len(parts))])
-    return [[(int(row[0]), int(row[1])) for row in zip(start, end, strict=True)] for start, end in pairwise(before.T)]
-
-
-def slab_order(
-    nodes: NDArray[np.float64], cells: NDArray[np.integer], normal: NDArray[np.float64] | None = None
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return (node_order, cell_order) that keep neighbours together: new node k is old node node_order[k].
-
-    Nodes are sorted by slabs along the axis with the most slabs, then by rows along the next one, then by coordinate.
-    Slabs are the grid planes where the coordinates form a grid (box meshes, graded or not), else equal shares of the
-    nodes about one mean spacing thick. Cells are sorted by their lowest node.
-    nodes [n, 3], cells [m, corners]; normal: normal of the contact face, whose nodes stay together if axes have equally
-    many slabs.
-    """
-    points = np.asarray(nodes, dtype=np.float64)
-    count = len(points)
-    extent = np.ptp(points, axis=0)
-    size = float(extent.max())
-    if size == 0.0:
-        return np.arange(count), np.arange(len(cells))
-    planes = [grid_planes(points[:, axis], 1e-6 * size) for axis in range(3)]
-    counts = [int(plane.max()) + 1 for plane in planes]
-    if np.prod(np.array(counts, dtype=float)) > 2.0 * count:
-        thick = np.maximum(extent, 1e-3 * size)
-        spacing = (np.prod(thick) / count) ** (1.0 / 3.0)
-        planes = [_shares(points[:, axis], round(extent[axis] / spacing)) for axis in range(3)]
-        counts = [int(plane.max()) + 1 for plane in planes]
-    along = -1 if normal is None else int(np.abs(normal).argmax())
-    slow, middle, fast = sorted(range(3), key=lambda axis: (-counts[axis], axis != along, -extent[axis], axis))
-    node_order = np.lexsort((points[:, fast], planes[middle], planes[slow]))
-    rank = inverse(node_order)
-    lowest, total = np.empty(len(cells), dtype=np.int32), np.empty(len(cells), dtype=np.int64)
-    for part in chunks_of(len(cells)):
-        numbers = rank.take(cells[part])
-        lowest[part], total[part] = numbers.min(axis=1), numbers.sum(axis=1)
-    return node_order, np.lexsort((total, lowest))
-
-
-def inverse(order: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the places [n] of the numbers of a permutation [n]."""
-    place = np.empty_like(order)
-    place[order] = np.arange(len(order))
-    return place
-
-
-def renumbered(
-    place: NDArray[np.int64], cells: NDArray[np.integer], order: NDArray[np.int64] | None = None
-) -> IntArray:
-    """Return the cells [m, corners] with nodes by their places [n], those of `order` in that order, in 32 bits."""
-    result = np.empty((len(cells if order is None else order), cells.shape[1]), dtype=np.int32)
-    for part in chunks_of(len(result)):
-        result[part] = place.take(cells[part] if order is None else cells.take(order[part], axis=0))
-    return result
-
-
-def lanes_apart(cells: NDArray[np.integer]) -> NDArray[np.int64]:
-    """Return an order of cells [m, corners], sorted by their lowest nodes, that keeps equal nodes of a pack apart.
-
-    Cells with the same lowest node, such as those that a hexahedron is cut into, are taken in turns with those of the
-    WIDTH - 1 next lowest nodes: additions to one force row, which wait for each other, stand further apart.
-    """
-    lowest = np.asarray(cells).min(axis=1)
-    first = np.flatnonzero(np.diff(lowest, prepend=-1))  # of each group of cells with one lowest node
-    sizes = np.diff(first, append=len(lowest))
-    group = np.repeat(np.arange(len(first)), sizes)
-    turn = np.arange(len(lowest)) - np.repeat(first, sizes)
-    return np.lexsort((group, turn, group // WIDTH))
-
-
-def _shares(coordinate: NDArray[np.float64], slabs: int) -> NDArray[np.int64]:
-    """Return the slab of each value, with limits at quantiles: equal values share one, refined zones have thin ones."""
-    if slabs < 2:
-        return np.zeros(len(coordinate), dtype=np.int64)
-    limits = np.quantile(coordinate, np.arange(1, slabs) / slabs)
-    return np.searchsorted(np.unique(limits), coordinate, side="right")

@@ -44,8 +44,8 @@ from .describe import describe
 from .domain import Domain, domains_of
 from .lumped_mass import NodeMasses, node_areas
 from .measured import Layout, probe_columns
+from .node_order import inverse, lanes_apart, renumbered, slab_order
 from .node_volumes import body_volumes
-from .packing import inverse, lanes_apart, renumbered, slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .rigid import RigidPlan, names_of, rigid_parts
@@ -154,7 +154,11 @@ class Plan:
 
 
 def plan(scene: Scene) -> Plan:
-    """Plan a scene. Raises `InputError` where the contact set cannot be made massless."""
+    """Plan a scene: decide which terms, arrays and kernels its run has, and what they cost, without starting it.
+
+    Returns a `Plan`: `describe()` is its text, `bodies` has the masses, removal and contact lists of every body. Raises
+    `InputError` where the contact set cannot be made massless, and for options that the scene has no use for.
+    """
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     planned = Plan(scene, tuple(_plan_body(scene, index) for index in range(len(scene.bodies))))

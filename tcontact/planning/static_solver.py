@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.errors import InputError
-from ..kernels.node_places import PLACES, RUBBING
+from ..kernels.node_places import FRICTION_PLACES, PLACES
 from ..scene.cell_blocks import AVERAGED, ROUNDING
 from ..scene.contact_models import MasslessContact
 from ..scene.friction_models import law_of
@@ -54,13 +54,15 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
         remedy = f"it does not solve for {hindrance}; leave it at 'auto'"
         raise InputError("MasslessContact.solver", model.solver, remedy)
     if paired:
-        rubs = scene.friction is not None and contact.block > 1
-        return StaticSolver(True, "bodies in contact with each other", "accelerated projections" if rubs else "")
+        has_friction = scene.friction is not None and contact.block > 1
+        return StaticSolver(
+            True, "bodies in contact with each other", "accelerated projections" if has_friction else ""
+        )
     if model.solver != "auto":
         return StaticSolver(model.solver == "projected-gradient", "asked for")
     if hindrance:
         return StaticSolver(False, f"there is {hindrance}")
-    own = [block.own for block in body.touching]
+    own = [block.own for block in body.contact_blocks]
     poisson = max((block.material.poisson for block in own), default=0.0)
     if contact.removal == "full" and poisson > FULL_POISSON + ROUNDING:
         return StaticSolver(True, f"poisson {poisson:.5g} with full removal")
@@ -76,7 +78,7 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
 def check_poisson(scene: Scene, body: BodyPlan) -> None:
     """Raise `InputError` where full removal makes the static solve of averaged volume changes ill-conditioned."""
     assert body.contact is not None
-    own = [block.own for block in body.touching if block.own.formulation == AVERAGED]
+    own = [block.own for block in body.contact_blocks if block.own.formulation == AVERAGED]
     poisson = max((block.material.poisson for block in own), default=0.0)
     if body.contact.removal != "full" or not own:
         return
@@ -102,7 +104,7 @@ def response_components(scene: Scene, block: int, slots: int, coupled: bool, pro
         places = PLACES[block]
         return (places.several_end if slots > 1 else places.coupled_end) if coupled else places.end
     in_lanes = block > 1 and slots == 1 and law_of(scene.friction) == "coulomb"
-    return RUBBING.end if in_lanes else block + 1
+    return FRICTION_PLACES.end if in_lanes else block + 1
 
 
 def _hindrance(scene: Scene, block: int, paired: bool) -> str:
@@ -122,7 +124,7 @@ def height_over_width(body: BodyPlan) -> float:
     """
     assert body.contact is not None
     found = []
-    for block in body.touching:
+    for block in body.contact_blocks:
         cells = block.cells[block.contact]
         named = cells if body.images is None else body.images.master[cells]
         massless = np.isin(named, body.contact.nodes)

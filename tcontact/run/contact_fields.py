@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..results.files.late_fields import Late, Part
+from ..results.files.late_fields import LateField, Part
 from ..schemes.explicit.body_view import BodyView
 
 
@@ -23,10 +23,10 @@ class ContactFields:
             self._areas.append(area[nodes])
             self._where.append(np.flatnonzero(area[nodes] > 0.0))
 
-    def fields(self) -> tuple[Late, Late]:
+    def fields(self) -> tuple[LateField, LateField]:
         """Return force [n, 3] and pressure [n] of the last row."""
         both = [self._of(number) for number in range(len(self._states))]
-        return Late(tuple(force for force, _ in both)), Late(tuple(pressure for _, pressure in both))
+        return LateField(tuple(force for force, _ in both)), LateField(tuple(pressure for _, pressure in both))
 
     @staticmethod
     def _contact_nodes(state: BodyView) -> np.ndarray:

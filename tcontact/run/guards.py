@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.errors import FunctionError
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
 from ..schemes.implicit.solution.state import REMEDY
+from .checkpoint.keeper import Keeper
 from .history import History
 from .worst_cell import worst_cell_of
 
@@ -113,3 +115,15 @@ class Guards:
         everyone = np.arange(body.mesh.cell_count)
         law = next(block.material.law for block in body.blocks if cell in everyone[block.numbers])
         return law, f"cell {cell} of {state.plan.label} (reference centre {place}) has det F = {value:.3g}"
+
+
+def early_stop(time: float, end: float, failed: FunctionError | None, cut: str, keeper: Keeper | None) -> Stop | None:
+    """Return why a run without a fault ends at a time [s]: a function failed, or a signal `cut` it; None at its end."""
+    kept = f"at t = {time:.6g} s; everything up to then is kept"
+    if failed is not None:
+        return Stop("function-failed", f"{failed}; stopped {kept}")
+    if time >= end:
+        return None
+    if keeper is not None and keeper.written:
+        kept += f"; `tcontact resume {keeper.folder}` goes on from there"
+    return Stop("interrupted", f"stopped by {cut} {kept}")

@@ -30,7 +30,7 @@ from ..schemes.explicit.stable_step import StableStep, coarse, largest_rate, wit
 from .checkpoint.keeper import Keeper
 from .end_checks import end_warnings
 from .end_state import end_state
-from .guards import Guards, Stop
+from .guards import Guards, Stop, early_stop
 from .history import MOST_ROWS, History
 from .interrupts import interrupts
 from .precision import precision_of
@@ -104,7 +104,7 @@ class Run:
             domain.searches([self._stable_step(view, stiffness) for view in domain.views]) for domain in self.domains
         ]
         for state, own in zip(self.states, points, strict=bool(points)):
-            state.take_over_points(own)  # the stable step is that of this state
+            state.start_points(own)  # the stable step is that of this state
         self.dt_limit = self._limit()
         if scheme.implicit or all(state.plan.body.linear for state in self.states):
             self.limits = []  # it does not change: free the memory
@@ -236,13 +236,7 @@ class Run:
         self._keep(None)
         if stop is None:
             self._warn_held(row)
-        kept = f"at t = {time:.6g} s; everything up to then is kept"
-        if stop is None and failed is not None:
-            stop = Stop("function-failed", f"{failed}; stopped {kept}")
-        if stop is None and time < end:
-            if keeper is not None and keeper.written:
-                kept += f"; `tcontact resume {keeper.folder}` goes on from there"
-            stop = Stop("interrupted", f"stopped by {cut} {kept}")
+            stop = early_stop(time, end, failed, cut, keeper)
         if snapshot is None:
             snapshot = self.snapshot(0.0, 0.0)
         result = self._result(stop, row_number, time, course.first_dt, snapshot, compiled - started, wall)
@@ -311,7 +305,7 @@ class Run:
             factor = 1.0 if self.shape is None else self.shape.factor
             stop_at["viscous_rate"] = largest_rate(self._elastic * factor, self.dt / CLOSE, self._damped * factor**2)
         if self.shape is not None and stop_at:
-            stop_at["touching"] = self.shape.touching_limit()
+            stop_at["contact_nodes"] = self.shape.touching_limit()
         if self.rigid is not None:
             stop_at["rigid_rate"] = self.rigid.largest_rate(self)
         try:

@@ -48,11 +48,11 @@ def _warn_steep(scene: Scene, planned: Plan) -> None:
         )
 
 
-def take_over(run: Run, layers: tuple[LayerState | None, ...]) -> None:
+def start_layers(run: Run, layers: tuple[LayerState | None, ...]) -> None:
     """Start from the friction layers of another run, one for each body."""
     for state, left in zip(run.states, layers, strict=bool(layers)):
         if left is not None:
-            state.take_over_layers(left)
+            state.start_layers(left)
 
 
 def checkpoint_head(

@@ -28,11 +28,11 @@ class RankRecorder(Recorder):
 
     def prepare(self) -> None:
         """Prepare for the fields of the frames, before the first one."""
-        self.team.lead.act(super().prepare)
+        self.team.lead.alone(super().prepare)
 
     def frame(self, time: float, snapshot: Snapshot) -> None:
         """Append the state at `time` [s]. Raises `OutputError` on all ranks."""
-        self.team.lead.act(lambda: super(RankRecorder, self).frame(time, snapshot))
+        self.team.lead.alone(lambda: super(RankRecorder, self).frame(time, snapshot))
 
     def settle(self) -> None:
         """Wait until every frame is in the file. Raises `OutputError` on all ranks."""
@@ -76,7 +76,7 @@ class SilentRecorder(RankRecorder):
 
     def prepare(self) -> None:
         """Follow the first rank."""
-        self.team.lead.act(lambda: None)
+        self.team.lead.alone(lambda: None)
 
     def frame(self, time: float, snapshot: Snapshot) -> None:
         """Follow the first rank, and count the frame."""
@@ -106,7 +106,10 @@ class RankKeeper(Keeper):
 
 
 def on_first(team: Team, act: Callable[[], Any]) -> Any:
-    """Return what the first rank gets from a function, on all ranks; raise its `InputError` or `OutputError` there."""
+    """Run a function on the first rank; return on all ranks what it gives, or raise its `InputError` or `OutputError`.
+
+    Unlike `Lead.decide` it calls no collective methods.
+    """
     error: Exception | None = None
     found = None
     if team.leads:

@@ -30,7 +30,7 @@ from ..schemes.explicit.rank_view import RankView
 from .checkpoint import contents, store
 from .loop import Run
 from .rank_cut import Cut
-from .rank_recut_acting import FORMS, of_acting, take_over_maxima
+from .rank_recut_acting import FORMS, of_acting, restore_maxima
 from .rank_recut_contact import OF_CONTACT, OF_OBSTACLES, is_shared, of_contact
 from .rank_recut_pairs import OF_CELLS, of_pairs
 from .rank_recut_viscous import of_viscous_cells
@@ -56,7 +56,7 @@ def other_ranks(before: int, now: int) -> str:
     return f"the run was on {before} ranks and goes on with {now}: it agrees to rounding, not bit for bit"
 
 
-def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Team | None) -> None:
+def restore_parts(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Team | None) -> None:
     """Give a new run the state in the checkpoints [ranks] of a run on another number of ranks.
 
     planned: plan of the whole scene; team: the ranks of the new run, None for one process.
@@ -91,7 +91,7 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
             text = f"as {path} stands in another order there"
             raise InputError("ranks", ranks, f"start {len(stored)} to go on, {text}")
     found |= made
-    take_over_maxima(run, cuts, stored, parts, found, values)
+    restore_maxima(run, cuts, stored, parts, found, values)
     for path, now in sorted((path, shape) for path, shape in shapes.items() if shape is not None):
         if any(path in one.found for one in stored):
             mine = _at_nodes(run, path, cuts, stored, parts, team)
@@ -102,7 +102,7 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
         _hold_pressures(run, number, cut, stored, parts)
     if has_state(planned.scene):
         for number, cut in enumerate(cuts):
-            _take_over_points(run, number, cut, stored)
+            _restore_points(run, number, cut, stored)
 
 
 def _is_taken(path: str, leads: bool, several: Sequence[bool], copied: Sequence[bool]) -> bool:
@@ -226,7 +226,7 @@ def _hold_pressures(
     arrays.set_values(force.cell_sums, sums)
 
 
-def _take_over_points(run: Run, number: int, cut: Cut, stored: Sequence[store.Stored]) -> None:
+def _restore_points(run: Run, number: int, cut: Cut, stored: Sequence[store.Stored]) -> None:
     """Give the points of the cells of a domain the state in the checkpoints."""
     views = run.domains[number].views
     whole = [view.points_on_all() if isinstance(view, RankView) else view.points() for view in views]
@@ -251,4 +251,4 @@ def _take_over_points(run: Run, number: int, cut: Cut, stored: Sequence[store.St
                     )
                     target[here] = states[block.kind, block.region]
     for view, state in zip(views, whole, strict=True):
-        view.take_over_points(state)
+        view.start_points(state)

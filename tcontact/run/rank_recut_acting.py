@@ -130,7 +130,7 @@ def _gravity_calls(run: Run, stored: Mapping[str, np.ndarray], shapes: Mapping[s
     return found
 
 
-def take_over_maxima(
+def restore_maxima(
     run: Run,
     cuts: Sequence[Cut],
     stored: Sequence[store.Stored],

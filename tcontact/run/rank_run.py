@@ -33,7 +33,7 @@ from ..planning.partition.outline import PlanOutline, forget_cells
 from ..planning.planning import Plan
 from ..results import frame_fields
 from ..results.elsewhere import ResultElsewhere
-from ..results.report import run_attributes, versions, write_history, write_json
+from ..results.report import versions
 from ..results.result import Maximum, Result
 from ..scene.cell_blocks import AVERAGED
 from ..scene.scene import Scene
@@ -47,16 +47,16 @@ from .folder_lock import locked
 from .guards import Guards
 from .law_checks import check_laws
 from .loop import Run
-from .prepared import checkpoint_head, finished_plan, take_over
+from .prepared import checkpoint_head, finished_plan, start_layers
 from .progress import ProgressBar
 from .rank_files import RankKeeper, RankRecorder, SilentRecorder, latest_of_all, on_first
 from .rank_lead import Elsewhere, RankGuards, RankLooks
 from .rank_plan import plan_and_parts
-from .rank_recut import other_ranks
-from .rank_recut import take_over as take_over_cut
-from .recorder import FILE, check_folder, make_folder, unwritten
+from .rank_recut import other_ranks, restore_parts
+from .recorder import check_folder, make_folder
 from .snapshot import Snapshot
 from .watches.looks import Looks
+from .written_run import carry_out
 
 COMPARED = 16  # values by which the functions of time of two ranks are compared
 ONE_RANK = "runs on one rank in this version; leave it out, or start the run without mpiexec"
@@ -124,7 +124,7 @@ class RankRun(Run):
 
     def snapshot(self, before: float, after: float) -> Snapshot:
         """Take the state at the present level, on the first rank."""
-        return self.team.lead.act(lambda: super(RankRun, self).snapshot(before, after)) or Elsewhere(self.states)
+        return self.team.lead.alone(lambda: super(RankRun, self).snapshot(before, after)) or Elsewhere(self.states)
 
     @property
     def result_type(self) -> Any:
@@ -133,7 +133,7 @@ class RankRun(Run):
 
     def end_state(self, last: Snapshot) -> dict[str, Any]:
         """Return the fields of the result with values of nodes and cells, on the first rank."""
-        return self.team.lead.act(lambda: super(RankRun, self).end_state(last)) or {}
+        return self.team.lead.alone(lambda: super(RankRun, self).end_state(last)) or {}
 
     def cut_by(self, signal: str) -> str:
         """Return the name of the signal that some rank has received, "" without."""
@@ -252,11 +252,11 @@ def simulate_on_ranks(
                 if asked.points:
                     new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
                 keeper = _keeper(team, options, folder, new, recorder, head, kept)
-        take_over(run, asked.layers)
+        start_layers(run, asked.layers)
         with ProgressBar(scene.duration, "simulate", progress and team.leads) as bar:
             if recorder is None or folder is None:
                 return run.go(asked.frames, None, bar, started)
-            return _carried_out(run, asked.frames, folder, recorder, keeper, bar, started)
+            return _carry_out(run, asked.frames, folder, recorder, keeper, bar, started)
 
 
 def resume_on_ranks(
@@ -308,7 +308,7 @@ def resume_on_ranks(
             forget_cells(planned)
             contents.restore(run, stored[0].found, stored[0].values)
         else:
-            take_over_cut(run, planned, stored, team)  # type: ignore[arg-type]
+            restore_parts(run, planned, stored, team)  # type: ignore[arg-type]
             warnings.warn(other_ranks(before, team.size), RuntimeWarning, stacklevel=2)
         recorder = _recorder(team, folder, run, head["fields"], head["frames"])
         head |= {"versions": versions(), "ranks": team.size}
@@ -318,7 +318,7 @@ def resume_on_ranks(
         keeper.restored(run.course.row)
         with ProgressBar(scene.duration, "resume", progress and team.leads) as bar:
             bar.update(run.course.time)
-            return _carried_out(run, run.course.frames, folder, recorder, keeper, bar, started)
+            return _carry_out(run, run.course.frames, folder, recorder, keeper, bar, started)
 
 
 def _quiet(team: Team, ending: ExitStack) -> None:
@@ -366,7 +366,7 @@ def _keeper(
     return keeper
 
 
-def _carried_out(
+def _carry_out(
     run: RankRun,
     frames: int,
     folder: Path,
@@ -375,31 +375,6 @@ def _carried_out(
     bar: ProgressBar,
     started: float,
 ) -> Result:
-    """Run, and let the first rank write result file, history and summary, and remove checkpoints of no further use."""
-    try:
-        result = run.go(frames, recorder, bar, started, keeper)
-        vars(result)["file"] = folder / FILE
-        attributes = run_attributes(result) | {"ranks": run.team.size}
-        try:
-            recorder.close(result.history, attributes)
-        except OutputError as error:
-            error.result = result
-            raise
-    finally:
-        recorder.abandon()
-
-    def write() -> None:
-        try:
-            write_history(folder / "history.csv", result.history)
-            write_json(folder / "summary.json", attributes)
-        except OSError as error:
-            raise unwritten(folder, "history.csv or summary.json", "all frames are", error) from error
-        if result.reason != "interrupted" and not (keeper is not None and keeper.keep):
-            store.remove(folder)
-
-    try:
-        on_first(run.team, write)
-    except OutputError as error:
-        error.result = result
-        raise
-    return result
+    """Carry out a run whose first rank writes, see `written_run.carry_out`."""
+    writer = partial(on_first, run.team)
+    return carry_out(run, frames, folder, recorder, keeper, bar, started, writer, ranks=run.team.size)

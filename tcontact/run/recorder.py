@@ -15,7 +15,7 @@ from ..cells.cell_stress import CellStress, pressure_of
 from ..cells.point_state import has_state, metal_field
 from ..cells.stress import VonMises
 from ..results.files.frame_process import FrameProcess
-from ..results.files.late_fields import Late, whole
+from ..results.files.late_fields import LateField, whole
 from ..results.files.vtkhdf import ResultData, ResultFile
 from ..results.frame_fields import FRICTION, LAYERS, METAL, STRESS, frame_size
 from ..scene.obstacles.description import describe
@@ -145,7 +145,7 @@ class Recorder:
     def frame(self, time: float, snapshot: Snapshot) -> None:
         """Append the state at `time` [s] in the user's numbering. Raises `OutputError`."""
         self.times.append(float(time))
-        nodal: dict[str, np.ndarray | Late] = {"displacement": snapshot.displacement_field()}
+        nodal: dict[str, np.ndarray | LateField] = {"displacement": snapshot.displacement_field()}
         if "velocity" in self.fields:
             nodal["velocity"] = snapshot.velocity_field()
         if self._contact is not None:

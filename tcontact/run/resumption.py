@@ -28,10 +28,11 @@ from .loop import Run
 from .precision import check_precision, set_precision
 from .prepared import record_friction
 from .progress import ProgressBar
-from .rank_recut import other_ranks, take_over
+from .rank_recut import other_ranks, restore_parts
 from .rank_run import check_alike, check_ranks, resume_on_ranks
 from .recorder import FILE, Recorder, writing_beside
-from .simulation import carry_out, start_of_scene
+from .simulation import start_of_scene
+from .written_run import carry_out
 
 
 def resume(
@@ -104,7 +105,7 @@ def resume(
             warnings.warn(f"this machine {text}", RuntimeWarning, stacklevel=2)
         try:
             if stored.ranks > 1:
-                take_over(run, planned, every, None)
+                restore_parts(run, planned, every, None)
             else:
                 contents.restore(run, stored.found, stored.values)
         except InputError:  # a function of time differs

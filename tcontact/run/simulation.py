@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base import stages, validate
-from ..base.errors import InputError, OutputError
+from ..base.errors import InputError
 from ..contact.pairs.pair_contact import check_starts
 from ..device import runtime
 from ..device.kernel_counts import counted
@@ -21,7 +20,6 @@ from ..friction_layer import LayerState
 from ..friction_layer.grid import depths
 from ..planning.planning import Plan
 from ..results import frame_fields
-from ..results.report import run_attributes, write_history, write_json
 from ..results.result import Result
 from ..scene.body import Body
 from ..scene.contact_models import PenaltyContact
@@ -29,7 +27,7 @@ from ..scene.friction_models import FrictionLayer
 from ..scene.layer_metals import metal_of
 from ..scene.scene import Scene
 from ..schemes import scheme_of
-from .checkpoint import Checkpoint, contents, store
+from .checkpoint import Checkpoint, contents
 from .checkpoint.keeper import Keeper
 from .checkpoint.options import checked
 from .device_room import check_device, check_scheme
@@ -39,10 +37,11 @@ from .interrupts import pools_served
 from .law_checks import check_laws
 from .loop import Run
 from .precision import check_precision
-from .prepared import checkpoint_head, finished_plan, take_over
+from .prepared import checkpoint_head, finished_plan, start_layers
 from .progress import ProgressBar
 from .rank_run import Asked, check_alike, check_ranks, simulate_on_ranks
-from .recorder import FILE, Recorder, check_folder, make_folder, unwritten, writing_beside
+from .recorder import Recorder, check_folder, make_folder, writing_beside
+from .written_run import carry_out
 
 
 def simulate(
@@ -157,7 +156,7 @@ def simulate(
         if said is not None:
             run.warn(said)
         if folder is None:
-            take_over(run, layers)
+            start_layers(run, layers)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
                 return run.go(frames, None, bar, started)
         check_folder(folder)
@@ -173,41 +172,9 @@ def simulate(
             if points:  # a run made again for `resume` starts without them: checkpoints always hold the state
                 new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
             keeper = Keeper(options, folder, new, recorder, head, kept)
-        take_over(run, layers)  # after the fingerprints of the new run
+        start_layers(run, layers)  # after the fingerprints of the new run
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
-
-
-def carry_out(
-    run: Run,
-    frames: int,
-    folder: Path,
-    recorder: Recorder,
-    keeper: Keeper | None,
-    bar: ProgressBar,
-    started: float,
-) -> Result:
-    """Run, write result file, history and summary to the folder, and remove checkpoints without further use."""
-    try:
-        result = replace(run.go(frames, recorder, bar, started, keeper), file=folder / FILE)
-        attributes = run_attributes(result)
-        try:
-            recorder.close(result.history, attributes)
-        except OutputError as error:
-            error.result = result
-            raise
-    finally:
-        recorder.abandon()
-    try:
-        write_history(folder / "history.csv", result.history)
-        write_json(folder / "summary.json", attributes)
-    except OSError as error:
-        failed = unwritten(folder, "history.csv or summary.json", "all frames are", error)
-        failed.result = result
-        raise failed from error
-    if result.reason != "interrupted" and not (keeper is not None and keeper.keep):
-        store.remove(folder)
-    return result
 
 
 def _kind(planned: Plan, scheme: Any, arch: str, precision: str, pictured: bool) -> str:

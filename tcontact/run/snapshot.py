@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..results.files.late_fields import Late, Part
+from ..results.files.late_fields import LateField, Part
 from ..schemes.explicit.body_view import BodyView
 
 
@@ -31,19 +31,19 @@ class Snapshot:
         """Return the displacement [n, 3] [m] of every body in the user's numbering."""
         return [part.values() for part in self.displacement_field().parts]
 
-    def displacement_field(self) -> Late:
+    def displacement_field(self) -> LateField:
         """Return the displacement [n, 3] [m] of all bodies."""
         parts = zip(self.moved, self.states, strict=True)
-        return Late(tuple(Part("renumbered", (moved,), (state.plan.place,)) for moved, state in parts))
+        return LateField(tuple(Part("renumbered", (moved,), (state.plan.place,)) for moved, state in parts))
 
     def velocities(self) -> list[np.ndarray]:
         """Return v^n [n, 3] of every body in the user's numbering."""
         return [part.values() for part in self.velocity_field().parts]
 
-    def velocity_field(self) -> Late:
+    def velocity_field(self) -> LateField:
         """Return v^n [n, 3] of all bodies; its arrays change with the next step."""
         parts = zip(self.states, self._halves, self._massless, strict=True)
-        return Late(tuple(self._velocity(*part) for part in parts))
+        return LateField(tuple(self._velocity(*part) for part in parts))
 
     def _velocity(self, state: BodyView, old: np.ndarray, massless: np.ndarray | None) -> Part:
         """Return v^n of a body; old: its velocity before the kick."""

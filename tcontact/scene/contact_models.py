@@ -54,10 +54,10 @@ class MasslessContact:
 
 @dataclass(frozen=True)
 class PenaltyContact:
-    """A penalty of the given stiffness per area [N/m^3] on nodes with their ordinary mass: the usual baseline.
+    """A penalty on nodes with their ordinary mass: the usual baseline.
 
-    Between bodies it acts on the nodes of the slave, each on its closest master face. It cuts the stable step
-    (`Result.dt_limit` includes it).
+    stiffness: contact pressure over the overlap [N/m^3] > 0. Between bodies it acts on the nodes of the slave, each on
+    its closest master face. It cuts the stable step (`Result.dt_limit` includes it). Raises `InputError`.
     """
 
     stiffness: float
@@ -68,7 +68,10 @@ class PenaltyContact:
 
 @dataclass(frozen=True)
 class ImpulseContact:
-    """Velocity impulses on nodes with their ordinary mass, restitution 0 (Moreau-Jean): smooth, loses O(h) energy."""
+    """Impulses that stop closed nodes, which have their ordinary mass, with restitution 0 (Moreau-Jean; METHOD 2).
+
+    Forces are smooth, and an impact loses energy of the order of the size of the cells.
+    """
 
 
 ContactModel = MasslessContact | PenaltyContact | ImpulseContact

@@ -106,7 +106,11 @@ class Hookean(Material):
 
 @dataclass(frozen=True)
 class LinearElastic(Hookean):
-    """Linear elasticity at small strains: W = mu eps:eps + lambda/2 (tr eps)^2. For small rotations only."""
+    """Linear elasticity at small strains: W = mu eps:eps + lambda/2 (tr eps)^2. For small rotations only.
+
+    young: Young's modulus [Pa] > 0; poisson: Poisson's ratio, -1 < poisson < 0.5; density [kg/m^3] > 0.
+    Raises `InputError` for any other value.
+    """
 
     law: ClassVar[str] = "linear_elastic"
     word: ClassVar[str] = "linear"
@@ -115,7 +119,11 @@ class LinearElastic(Hookean):
 
 @dataclass(frozen=True)
 class StVenantKirchhoff(Hookean):
-    """St Venant-Kirchhoff law W = mu E:E + lambda/2 (tr E)^2, Green's strain E; not elliptic for J < 1/sqrt 3."""
+    """St Venant-Kirchhoff law W = mu E:E + lambda/2 (tr E)^2, Green's strain E; not elliptic for J < 1/sqrt 3.
+
+    It softens in compression, so it suits large rotations with small strains. young: Young's modulus [Pa] > 0; poisson:
+    Poisson's ratio, -1 < poisson < 0.5; density [kg/m^3] > 0. Raises `InputError` for any other value.
+    """
 
     law: ClassVar[str] = "st_venant_kirchhoff"
     word: ClassVar[str] = "st-venant-kirchhoff"
@@ -124,7 +132,11 @@ class StVenantKirchhoff(Hookean):
 
 @dataclass(frozen=True)
 class NeoHookean(Hookean):
-    """Neo-Hookean law W = mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2: the default for finite deformations."""
+    """Neo-Hookean law W = mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2: the default for finite deformations.
+
+    young: Young's modulus [Pa] > 0 and poisson: Poisson's ratio, -1 < poisson < 0.5, both at small strains; density
+    [kg/m^3] > 0. Raises `InputError` for any other value.
+    """
 
     law: ClassVar[str] = "neo_hookean"
     word: ClassVar[str] = "neo-hookean"

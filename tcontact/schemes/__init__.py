@@ -42,7 +42,7 @@ SCHEMES: dict[str, type[Scheme]] = {CentralDifference.name: CentralDifference} |
 
 
 def scheme_of(value: Any) -> Scheme:
-    """A scheme object, from itself or from its name. Raises `InputError` for anything else."""
+    """Return a scheme object, from itself or from its name. Raises `InputError` for anything else."""
     if isinstance(value, str):
         if value not in SCHEMES:
             raise InputError("scheme", value, hint(value, SCHEMES) + "use one of " + ", ".join(map(repr, SCHEMES)))

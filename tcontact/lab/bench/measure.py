@@ -74,17 +74,17 @@ def measure(configuration: Configuration) -> dict[str, Any]:
             except Exception as error:  # a row with its reason; the others go on
                 failures[contact] = f"{type(error).__name__}: {error}"
     works: dict[str, timing.Work] = {f"step {contact}": run for contact, run in whole.items()}
-    side = Beside(free, configuration, steps)
-    taken = timing.rounds(works | side.works, configuration.seconds, configuration.batches)
+    others = Comparisons(free, configuration, steps)
+    taken = timing.rounds(works | others.works, configuration.seconds, configuration.batches)
     calls: dict[str, dict[str, float]] = {contact: {} for contact in whole}
     precision = configuration.precision
     parts = {contact: parts_of_a_step(run.scene, precision, calls[contact]) for contact, run in whole.items()}
-    found = side.facts | errors | {"load": [load, timing.load()], "steps": steps}
+    found = others.facts | errors | {"load": [load, timing.load()], "steps": steps}
     results = {contact: run.result for contact, run in whole.items() if run.result is not None}
     return {"rows": rows_of(configuration, taken, results, parts, found, failures, calls)}
 
 
-class Beside:
+class Comparisons:
     """Works that the whole step is compared with: our kernel alone, the plain step, a copy."""
 
     def __init__(self, free: WholeStep, configuration: Configuration, steps: int) -> None:

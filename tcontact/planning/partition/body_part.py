@@ -25,7 +25,7 @@ from ...scene.periodic import Images
 from ..applied_loads import loaded_nodes
 from ..body_plan import BodyPlan, ContactPlan, held_nodes
 from ..lumped_mass import NodeMasses
-from ..packing import inverse, lanes_apart, renumbered
+from ..node_order import inverse, lanes_apart, renumbered
 from .graph_part import graph_part
 from .parts import Part
 from .shared_contact import BodyShare

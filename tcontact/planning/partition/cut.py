@@ -95,20 +95,15 @@ def cut_cells(
     return _without_empty(rank, ranks)
 
 
-def cut_beside(blocks: Blocks, node_count: int, ranks: int, together: IntArray, extra: float = 0.0) -> IntArray:
-    """Return the rank [m] of every cell; the first rank has all cells `together` [c], and layers of cells behind them.
-
-    blocks: kinds of cells with their nodes, as `Mesh.blocks`; extra: work of the first rank beside its cells, in passes
-    of a cell. Raises `InputError` if too few cells are left for the other ranks, `ImportError` without pymetis.
-    """
-    count = sum(len(cells) for _, cells in blocks)
-    return cut_graph_beside(lambda: CellGraph.of(blocks, node_count), count, ranks, together, extra)
-
-
-def cut_graph_beside(
+def cut_beside(
     make: Callable[[], CellGraph | BoxGraph], count: int, ranks: int, together: IntArray, extra: float = 0.0
 ) -> IntArray:
-    """Return the rank [m] of every cell, see `cut_beside`; make: makes the graph of the cells; count: their number."""
+    """Return the rank [m] of every cell; the first rank has all cells `together` [c], and layers of cells behind them.
+
+    make: makes the graph of the cells, where one is needed; count: number of cells; extra: work of the first rank
+    beside its cells, in passes of a cell. Raises `InputError` if too few cells are left for the other ranks,
+    `ImportError` without pymetis.
+    """
     if not 1 <= ranks <= count:
         raise InputError("ranks", ranks, f"the mesh has {count} cells; start at least 1 and at most {count} ranks")
     if ranks == 1:

@@ -23,7 +23,7 @@ from ..springs import spring_nodes
 from .body_part import BodyPart, acting_nodes, body_part, no_part
 from .box_graph import BoxGraph
 from .cell_graph import CellGraph
-from .cut import EXTRA_WORK, contact_ranks, cut_cells, cut_graph_beside
+from .cut import EXTRA_WORK, contact_ranks, cut_beside, cut_cells
 from .parts import part_of_rank
 from .shared_contact import (
     BodyShare,
@@ -210,7 +210,7 @@ def cut_domain(domain: Domain, scene: Scene, ranks: int, contact: int | None = N
             return found.astype(np.int32)
     for mesh in meshes:
         mesh.release()
-    return cut_graph_beside(lambda: _graph_of(meshes), cells, ranks, together, work).astype(np.int32)
+    return cut_beside(lambda: _graph_of(meshes), cells, ranks, together, work).astype(np.int32)
 
 
 def _graph_of(meshes: list[Mesh]) -> CellGraph | BoxGraph:

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from .late_fields import Late, Part
+from .late_fields import LateField, Part
 from .vtkhdf import ResultFile
 
 PLACES = 4  # frames in shared memory: some are written together, the next one is made
@@ -41,7 +41,7 @@ START = (  # the package is found without being run: that would import all of th
 )
 ENDED = "the process that writes it has ended"
 Fields = Mapping[str, np.ndarray]
-LateFields = Mapping[str, np.ndarray | Late]
+LateFields = Mapping[str, np.ndarray | LateField]
 
 
 class FrameProcess:
@@ -235,9 +235,9 @@ class FrameProcess:
         self._process.wait()
 
 
-def _parts(field: np.ndarray | Late) -> tuple[Part, ...]:
+def _parts(field: np.ndarray | LateField) -> tuple[Part, ...]:
     """Return the parts of a field; a whole one is a part as it is."""
-    return field.parts if isinstance(field, Late) else (Part("as they are", (np.asarray(field),)),)
+    return field.parts if isinstance(field, LateField) else (Part("as they are", (np.asarray(field),)),)
 
 
 def _processors() -> int:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .late_fields import Late, Part
+from .late_fields import LateField, Part
 from .vtkhdf import ResultFile
 
 Array = tuple[str, tuple[int, ...], int]  # type, shape, place [bytes]
@@ -47,7 +47,7 @@ class _Server:
         assert self.file is not None
         data: dict[str, dict[str, np.ndarray]] = {"point": {}, "cell": {}}
         for kind, name, parts in fields:
-            data[kind][name] = Late(tuple(self._part(*part) for part in parts)).values()
+            data[kind][name] = LateField(tuple(self._part(*part) for part in parts)).values()
         self.file.append(time, data["point"], data["cell"], commit=False)
 
     def commit(self) -> None:

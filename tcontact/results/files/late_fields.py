@@ -29,7 +29,7 @@ class Part(NamedTuple):
         return RULES[self.rule](self.now, self.fixed, self.numbers)
 
 
-class Late(NamedTuple):
+class LateField(NamedTuple):
     """A field that is put together later, of the parts of all bodies."""
 
     parts: tuple[Part, ...]
@@ -40,9 +40,9 @@ class Late(NamedTuple):
         return found[0] if len(found) == 1 else np.concatenate(found)
 
 
-def whole(field: np.ndarray | Late) -> np.ndarray:
+def whole(field: np.ndarray | LateField) -> np.ndarray:
     """Return the values of a field, put together if they are not yet."""
-    return field.values() if isinstance(field, Late) else field
+    return field.values() if isinstance(field, LateField) else field
 
 
 def _as_they_are(now: tuple[np.ndarray, ...], _fixed: Any, _numbers: Any) -> np.ndarray:

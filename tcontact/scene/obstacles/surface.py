@@ -66,8 +66,10 @@ def winding_number(points: np.ndarray, triangles: np.ndarray, position: np.ndarr
 
 
 def _windings_within_shells(points: np.ndarray, triangles: np.ndarray) -> list[int]:
-    """For each shell, the winding number of the whole surface just beneath its largest triangle: 1 beneath a solid's
-    skin, 1 beneath a cavity's too, which is oriented the other way."""
+    """Return for each shell the winding number of the whole surface just beneath its largest triangle.
+
+    It is 1 beneath the skin of a solid, and 1 beneath that of a cavity too, which is oriented the other way.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

@@ -96,7 +96,7 @@ class BodyView:
         """Return the state of the points of every block of the body, see `PointState.blocks_of_body`."""
         return PointState(self.state.domain, self.state.internal_force).blocks_of_body(self._number)
 
-    def take_over_points(self, states: tuple[np.ndarray, ...]) -> None:
+    def start_points(self, states: tuple[np.ndarray, ...]) -> None:
         """Start from the state of the points that `points` returned."""
         PointState(self.state.domain, self.state.internal_force).put_blocks_of_body(self._number, states)
 
@@ -212,8 +212,8 @@ class BodyView:
             return None
         return layered.state(self.plan.node_order[contact.nodes], self._contact)
 
-    def take_over_layers(self, layers: LayerState) -> None:
+    def start_layers(self, layers: LayerState) -> None:
         """Start from the friction layers of another run."""
         layered, contact = self.state.layered, self.plan.contact
         if layered is not None and contact is not None:
-            layered.take_over(self.plan.node_order[contact.nodes], layers, self._contact)
+            layered.start_from(self.plan.node_order[contact.nodes], layers, self._contact)

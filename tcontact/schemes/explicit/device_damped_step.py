@@ -151,7 +151,7 @@ class DeviceDampedStep:
 
     def _folded(self) -> np.ndarray:
         """Return the sums of the last launch and its largest number."""
-        self._run["fold"](self._partial, self._numbers)
+        self._run["fold"](self._partial, self._numbers, 0)
         return np.array(arrays.get(self._numbers))
 
     def owned(self) -> list[arrays.Array]:

@@ -10,7 +10,7 @@ from ...device.launch import Prepared
 from ...kernels.lanes import BLOCK_THREADS
 from ...kernels.load_places import FACES
 from ...nodes.boundary_nodes import BoundaryNodes
-from ...planning.device_lists import load_givers
+from ...planning.device_lists import load_sources
 from ...planning.domain import Domain
 
 
@@ -31,7 +31,7 @@ class DeviceLoads:
             return
         data = np.array(arrays.get(boundary.load)[3 * len(domain.boundary) :])
         faces = max(1, int(data[FACES]))
-        self._lists = {"load_givers": arrays.put(load_givers(data)), "load_shares": arrays.zeros(12 * faces)}
+        self._lists = {"load_sources": arrays.put(load_sources(data)), "load_shares": arrays.zeros(12 * faces)}
         body = force.device_bundle()._replace(u=u)
         parts = {"body": body, "boundary": Boundary(**boundary.arguments(), **self._lists), "contact": Contact()}
         options = ContactOptions(threads=BLOCK_THREADS)

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 
 from ...cells.device_force import DeviceForce
-from ...contact.device_layers import DeviceLayers
-from ...contact.pairs.pair_contact import PairContact
 from ...device import arrays, runtime
-from ...device.launch import Prepared
-from ...kernels.columns import RIGID, group_size, raw_places
+from ...kernels.columns import raw_places
 from ...kernels.lanes import DEVICE_ROWS
-from ...kernels.layer_places import ROW as LAYER_ROW
 from ...planning.device_path import hindrances
 from ...planning.domain import Domain
 from ...scene.scene import Scene
-from .device_pairs import DevicePairs
-
-LAYERS = len(LAYER_ROW)  # numbers of the friction layers in a row
+from .row_limits import NO_LIMITS, RowLimits
 
 
 def steps_on_device(scene: Scene, domain: Domain, arch: str | None = None) -> bool:
@@ -48,66 +39,7 @@ class DeviceSteps:
         self._kept: list[arrays.Array] = []
         self._keep([part for part in (u, v, force.memory) if part is not None])
         self._places = raw_places(viscous, force.plastic)
-        self._rate_place: int | None = None
-        self.layers: DeviceLayers | None = None  # the friction layers, if there are any
-        self.pairs: DevicePairs | None = None  # the rows of pairs of bodies, if there are any
-        self._bundles: tuple[dict[str, Any], ...] = ()  # of the launches, and their arrays
-        self._parts: tuple[tuple[arrays.Array, ...], ...] = ()
-        self._steps: list[Prepared] = []  # the launches of a step; with layers they come between two of them
-
-    def layer_arguments(self) -> dict[str, arrays.Array]:
-        """Return the arrays of the friction layers by the names of kernels/language/bundles.Contact."""
-        return {} if self.layers is None else self.layers.arguments()
-
-    def parts_of_step(self, make: Callable[[str], Any]) -> list[Prepared]:
-        """Return the launches of a step; make: its kernel, or that of a part (kernels/step/device_contact.py)."""
-        from ...kernels.step.device_contact import LOADS, MOTION
-
-        return [Prepared(make(part)) for part in ([""] if self.layers is None else [LOADS, MOTION])]
-
-    def launch_step(self, offer: int, commit: int, numbers: list[float], given: tuple[arrays.Array, ...]) -> None:
-        """Offer a step; numbers [s]: CONTACT_STEPS of the kernels."""
-        self._steps[0](offer, commit, *numbers, *given)
-        if self.layers is not None:
-            self.layers.advance(0.5 * (numbers[0] + numbers[-1]))
-            self._steps[1](offer, commit, *numbers, *given)
-
-    def watch_pairs(self, pairs: PairContact | None, u: arrays.Array) -> None:
-        """Build the rows of pairs of bodies where the device asks for it; u: displacement."""
-        self.pairs = None if pairs is None else DevicePairs(pairs, u)
-
-    def begin_pairs(self) -> None:
-        """Begin a block of steps with the present rows of pairs."""
-        if self.pairs is not None:
-            self.pairs.begin()
-            self._take_rows()  # those of a checkpoint may have replaced the arrays
-
-    def build_rows(self) -> None:
-        """Build the rows of pairs anew."""
-        assert self.pairs is not None
-        self.pairs.build()
-        self._take_rows()
-
-    def _take_rows(self) -> None:
-        """Hand the arrays of the rows of pairs to the launches."""
-        from ...kernels.language.signatures import arguments
-
-        assert self.pairs is not None
-        self._parts = tuple(arguments(self.pairs.replaced(bundles)) for bundles in self._bundles)
-
-    @property
-    def rows_built(self) -> int:
-        """How often the rows of pairs were built."""
-        return 0 if self.pairs is None else self.pairs.built
-
-    def note_layers(self, rows: np.ndarray) -> None:
-        """Take the numbers of the friction layers from the end of each of the rows of the boundary nodes."""
-        if self.layers is not None:
-            self.layers.rows = rows[:, -LAYERS:]
-
-    def watch(self, groups: tuple[str, ...]) -> None:
-        """Watch the rate of free obstacles in the rows, which have these groups of columns."""
-        self._rate_place = group_size(*groups[: groups.index("rigid")]) + RIGID.rigid_rate
+        self._rate_place: int | None = None  # of the rate of free obstacles in a row, if there are any
 
     def _keep(self, parts: list[arrays.Array]) -> None:
         """Let a block start from these arrays too, of which it needs a copy."""
@@ -121,46 +53,48 @@ class DeviceSteps:
         kicks: tuple[float, float, float],
         steps: tuple[float, float],
         rows: int = 1,
-        jacobian: float = -np.inf,
-        energy: float = np.inf,
-        touching: float = np.inf,
-        rigid_rate: float = np.inf,
+        limits: RowLimits = NO_LIMITS,
     ) -> np.ndarray:
         """Take steps and return the sums of their rows [done, numbers].
 
         kicks [s]: before, after, drift; steps [s]: those that end and start at the first row. The last row returned is
-        the first one with a det F of at most `jacobian`, an energy above `energy` [J], more than `touching` nodes in
-        contact or a rate of free obstacles above `rigid_rate` [1/s^2], if there is any.
+        the first one beyond the limits, if there is any; here none has a viscous rate.
         """
-        if self.layers is not None:
-            self.layers.send()
+        self._begin_block()
         if rows > 1:
             for source, target in zip(self._state, self._kept, strict=True):
                 arrays.copy(source, target)
         found = self._take(kicks, steps, rows)
         places = self._places
         total = found[:, places.nodes.kinetic] + found[:, places.cells.elastic]
-        calm = found[:, places.cells.jacobian_min] > jacobian
+        calm = found[:, places.cells.jacobian_min] > limits.jacobian
         if found.shape[1] > places.shared.kinetic:
             total = total + found[:, places.shared.kinetic]
         if found.shape[1] > places.shared.contact_nodes:  # a domain without contact has no limit of them
-            calm = calm & ~(found[:, places.shared.contact_nodes] > touching)
-        calm = calm & (total <= energy)
+            calm = calm & ~(found[:, places.shared.contact_nodes] > limits.contact_nodes)
+        calm = calm & (total <= limits.energy)
         if self._rate_place is not None:
-            calm = calm & (found[:, self._rate_place] <= rigid_rate)
+            calm = calm & (found[:, self._rate_place] <= limits.rigid_rate)
         done = len(found) if calm.all() else int(np.argmin(calm)) + 1
         if done < len(found):
             for target, source in zip(self._state, self._kept, strict=True):
                 arrays.copy(source, target)
-            if self.pairs is not None:
-                self.pairs.go_back()
-                self._take_rows()
+            self._repeat_block()
             found = self._take(kicks, steps, done)
-        if self.pairs is not None:
-            self.pairs.end()
+        self._end_block()
         return found
 
+    def _begin_block(self) -> None:
+        """Prepare the terms for a block of steps."""
+
+    def _repeat_block(self) -> None:
+        """Prepare the terms for the same block again, up to an earlier row."""
+
+    def _end_block(self) -> None:
+        """Tell the terms that the block is not taken again."""
+
     def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
+        """Take up to `rows` steps and return the sums of their rows; arguments as of `advance`."""
         u, v = self._state[:2]
         for row in range(rows):
             self.force.advance(u, v, *kicks, before=steps[1 if row else 0], row=row)

@@ -16,11 +16,12 @@ import numpy as np
 from ...base.errors import FunctionError
 from ...contact.copied_solve import CopiedSolve
 from ...contact.massless_contact import MasslessContactTerm
-from ...contact.shared_solve import ResidualShares, SharedSolve
+from ...contact.residual_shares import ResidualShares
+from ...contact.shared_solve import SharedSolve
 from ...device import arrays
 from ...device.team import Team
 from ...planning.measured import Layout, combined
-from ...planning.packing import inverse
+from ...planning.node_order import inverse
 from ...planning.partition.domain_part import DomainPart
 from ...scene.contact_models import MasslessContact
 from ...scene.scene import Scene

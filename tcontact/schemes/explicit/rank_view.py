@@ -15,7 +15,7 @@ import numpy as np
 
 from ...cells.point_state import shape_of
 from ...device import arrays
-from ...device.lead import led
+from ...device.lead import collective
 from ...device.team import Team
 from ...friction_layer import LayerState
 from ...planning.partition.domain_part import DomainPart
@@ -51,8 +51,8 @@ class Shared(Stepped, Protocol):
 class RankView(BodyView):
     """Values of a whole body; number: of the body in the whole domain.
 
-    plan: that of the whole body, of which ranks other than the first may have the outline alone; led_as: number of the
-    view where the first rank acts alone.
+    plan: that of the whole body, of which ranks other than the first may have the outline alone; lead_number: as in
+    `device.lead.collective`.
     """
 
     state: Shared
@@ -62,7 +62,7 @@ class RankView(BodyView):
         whole, self.state, self._number = state.part.whole, state, number
         self.plan, self.part, self.team = whole.bodies[number], state.part.bodies[number], state.team
         self.lead = state.team.lead
-        self.led_as = self.lead.joined_by(self)
+        self.lead_number = self.lead.register(self)
         self._nodes = slice(int(whole.node_start[number]), int(whole.node_start[number + 1]))
         self._contact = slice(int(whole.contact_start[number]), int(whole.contact_start[number + 1]))
         there = state.part.there
@@ -88,17 +88,17 @@ class RankView(BodyView):
         """Velocity [n, 3] [m/s] at the start, in the numbering of the plan."""
         return self.first_velocity()
 
-    @led
+    @collective
     def first_velocity(self) -> np.ndarray:
         """Return `start_velocity`."""
         return self.state.whole(self.state.start_velocity)[self._nodes]
 
-    @led
+    @collective
     def latest(self) -> np.ndarray:
         """Return the present displacement [n, 3] [m], internal numbering."""
         return self._whole(self.state.u)
 
-    @led
+    @collective
     def half_step_velocity(self) -> np.ndarray:
         """Return the present velocity [n, 3] of the components with mass, internal numbering."""
         return self._whole(self.state.v)
@@ -111,7 +111,7 @@ class RankView(BodyView):
             return None
         return self.shared_velocity(dt)
 
-    @led
+    @collective
     def shared_velocity(self, dt: float) -> np.ndarray:
         """Return `massless_velocity` from the ranks that share the contact."""
         contact = self.state.contact
@@ -153,7 +153,7 @@ class RankView(BodyView):
             return result
         return self._nodal(lambda own: own.contact_areas(), 0.0)
 
-    @led
+    @collective
     def shared_cover(self) -> np.ndarray:
         """Return the areas [k] [m^2] of contact nodes that partners cover, from the ranks that share the contact."""
         own = self.state.contact
@@ -168,7 +168,7 @@ class RankView(BodyView):
         count = 0 if self.plan.contact is None else len(self.plan.contact.nodes)
         return np.zeros((count, 3)) if found is None else np.asarray(found)
 
-    @led
+    @collective
     def shared_force(self) -> np.ndarray:
         """Return `contact_node_force` from the ranks that share the contact."""
         contact = self.state.contact
@@ -202,7 +202,7 @@ class RankView(BodyView):
             return {name: self.plan.to_user(values) for name, values in fields.items()}
         return {name: self._nodal(lambda own, n=name: own.friction_fields()[n], 0.0) for name in names}  # type: ignore[misc]
 
-    @led
+    @collective
     def shared_friction(self) -> np.ndarray:
         """Return slip path [m] and friction work [J] of the contact nodes [k, 2] from the ranks that share them."""
         contact = self.state.contact
@@ -219,11 +219,11 @@ class RankView(BodyView):
         found: LayerState | None = self._of_first(placed)
         return found
 
-    def take_over_layers(self, layers: LayerState) -> None:
+    def start_layers(self, layers: LayerState) -> None:
         """Start from the friction layers of another run."""
         if self.team.leads and self.own is not None:
             nodes = np.searchsorted(self.part.part.nodes, layers.nodes)
-            self.own.take_over_layers(replace(layers, nodes=nodes))
+            self.own.start_layers(replace(layers, nodes=nodes))
 
     def _cells(self, own: np.ndarray, numbers: np.ndarray, count: int) -> np.ndarray:
         """Return values [count, ..] of all cells from those of each rank, which have these numbers, else 0."""
@@ -243,7 +243,7 @@ class RankView(BodyView):
             [[shape_of(block) for block in whole.blocks if block.body is body] for body in whole.bodies]
         )
 
-    @led
+    @collective
     def point_state(self) -> np.ndarray:
         """Return the mean state [cells, numbers] of the points of every cell in the user's numbering."""
         size = max(numbers for shapes in self._shapes() for _, numbers in shapes)
@@ -254,13 +254,13 @@ class RankView(BodyView):
             own[:, : part.shape[1]] = part
         return self._cells(own, cells, self.plan.body.mesh.cell_count)
 
-    @led
+    @collective
     def strains(self) -> np.ndarray:
         """Return the largest plastic strain [cells] of the points of every cell, in the user's numbering."""
         own = np.zeros(0) if self.own is None else self.own.strains()
         return self._cells(own, self.part.part.cells, self.plan.body.mesh.cell_count)
 
-    @led
+    @collective
     def points(self) -> tuple[np.ndarray, ...]:
         """Return the state of the points of every block of the body, see `PointState.blocks_of_body`."""
         found = []
@@ -283,7 +283,7 @@ class RankView(BodyView):
         """Return what names each block of a body among its others."""
         return [(block.kind, block.region) for block in view.plan.body.blocks]
 
-    def take_over_points(self, states: tuple[np.ndarray, ...]) -> None:
+    def start_points(self, states: tuple[np.ndarray, ...]) -> None:
         """Start from the state of the points that `points` returned."""
         if self.own is None:
             return
@@ -291,4 +291,4 @@ class RankView(BodyView):
         for block, state in zip(self.plan.body.blocks, states, strict=True):
             here = np.isin(everyone[block.numbers], self.part.part.cells, assume_unique=True)
             mine[block.kind, block.region] = state[here]
-        self.own.take_over_points(tuple(mine[kind] for kind in self._kinds(self.own)))
+        self.own.start_points(tuple(mine[kind] for kind in self._kinds(self.own)))

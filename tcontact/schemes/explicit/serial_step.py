@@ -5,6 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from ...cells.internal_force import InternalForce
+from ...contact.bundles import (
+    behind_body,
+    boundary_bundle,
+    contact_bundles,
+    place_behind_body,
+    rigid_bundle,
+    solve_bundles,
+    support_bundle,
+    within_limit,
+)
 from ...contact.copied_solve import CopiedSolve
 from ...contact.layered_friction import LayeredFriction
 from ...contact.massless_contact import MasslessContactTerm
@@ -21,6 +31,7 @@ from ...nodes.images import PeriodicImages
 from ...nodes.rigid_bodies import RigidBodies
 from ...planning.domain import Domain
 from ..sensors import Sensors
+from .row_limits import NO_LIMITS, RowLimits
 
 
 class SerialStep:
@@ -42,20 +53,8 @@ class SerialStep:
         sensors: Sensors | None = None,
         rigid: RigidBodies | None = None,
     ) -> None:
-        from ...kernels.language.bundles import (
-            Boundary,
-            Contact,
-            ContactOptions,
-            Coupling,
-            Launch,
-            Obstacles,
-            Rigid,
-            Rows,
-        )
-        from ...kernels.language.bundles import Supports as SupportArrays
-        from ...kernels.language.joint_lists import joined
-        from ...kernels.language.signatures import MOST, arguments, signature_of
-        from ...kernels.language.solve_bundles import PAIR_LISTS, JointPairs, Pairs, System
+        from ...kernels.language.bundles import ContactOptions, Coupling, Launch
+        from ...kernels.language.signatures import MAXIMUM_ARGUMENTS, arguments, signature_of
         from ...kernels.step import launch_control
         from ...kernels.step import serial_step as kernels
 
@@ -79,19 +78,12 @@ class SerialStep:
         self.raw = arrays.zeros(self.rows_at_once * self.width)
         bundles = {
             "body": force.bundle(),
-            "boundary": Boundary(sums=self.sums)
-            if boundary is None
-            else Boundary(**boundary.arguments(), sums=self.sums),
-            "supports": SupportArrays() if supports is None else SupportArrays(**supports.arguments(), sums=self.sums),
-            "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
-            "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
-            "contact": Contact(
-                **({} if contact is None else contact.arguments()), sums=self.sums, counted=self.counted
-            ),
+            "boundary": boundary_bundle(boundary, self.sums),
+            "supports": support_bundle(supports, self.sums),
+            **contact_bundles(contact, self.sums, counted=self.counted),
             "coupling": Coupling() if pairs is None else Coupling(pairs.lists, pairs.values),
-            "pairs": Pairs() if solve is None else Pairs(**solve.pairs),
-            "system": System() if solve is None else System(**solve.system),
-            "rigid": Rigid() if rigid is None else Rigid(**rigid.arguments(), sums=self.sums),
+            **solve_bundles(solve),
+            "rigid": rigid_bundle(rigid, self.sums),
             "launch": Launch(
                 None if self.cells is None else self.cells.data,
                 None if images is None else images.pairs,
@@ -100,13 +92,12 @@ class SerialStep:
                 self.raw,
             ),
         }
-        if len(arguments(bundles)) > MOST and solve is not None:
-            lists = arrays.put(joined([arrays.get(solve.pairs[name]) for name in PAIR_LISTS]))
-            bundles["pairs"] = JointPairs(lists, solve.pairs["shape_gradients"], solve.pairs["values"])
-        if self._scratch is not None and len(arguments(bundles)) > MOST:  # the host samples every row instead
+        bundles = within_limit(bundles, solve)
+        if self._scratch is not None and len(arguments(bundles)) > MAXIMUM_ARGUMENTS:
+            # the host samples every row instead
             self.rows_at_once, self._scratch = 1, None
             bundles["launch"] = bundles["launch"]._replace(samples=None)
-        self._parts = arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
+        self._parts = behind_body(bundles)
         self.kernel = kernels.make_serial_step(
             signature_of(bundles),
             domain.kinds,
@@ -124,8 +115,7 @@ class SerialStep:
             rigid_bodies=rigid is not None,
             **domain.options,
         )
-        before = {name: bundles[name] for name in list(bundles)[: list(bundles).index("coupling")]}
-        self._first_row = len(arguments(before)) - len(arguments({"body": bundles["body"]}))
+        self._first_row = place_behind_body(bundles, "coupling")
         self._launch = Prepared(self.kernel)
         self._exact = 1.0 if contact is None or contact.exact else 0.0
 
@@ -138,18 +128,12 @@ class SerialStep:
         before: float,
         after: float,
         rows: int = 1,
-        jacobian: float = -np.inf,
-        energy: float = np.inf,
-        viscous_rate: float = np.inf,
-        touching: float = np.inf,
-        rigid_rate: float = np.inf,
+        limits: RowLimits = NO_LIMITS,
     ) -> int:
-        """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
+        """Do up to `rows` rows and return how many were done; start: PASS, BOUNDARY or PLACE of the kernel file.
 
-        time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row with
-        a det F of at most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s], more
-        than `touching` nodes in contact, a rate of rigid bodies above `rigid_rate` [1/s^2] or a static solve that did
-        not converge.
+        time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row
+        beyond the limits, or with a static solve that did not converge.
         """
         names = self.names
         contact = self.contact
@@ -158,18 +142,19 @@ class SerialStep:
         if contact is not None and after > 0.0 and start != names.PLACE:
             contact.obstacles.move(np.cumsum([time, *[after] * rows]))
         if self.rigid is not None:
-            self.rigid.set_limit(rigid_rate)
+            self.rigid.set_limit(limits.rigid_rate)
         control = np.zeros(names.CONTROL + (self.loads is not None))
-        control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
+        control[: names.ROWS_DONE] = start, rows, before, after, self._exact, limits.jacobian, limits.energy
         control[names.KNOWN] = float(self.force.surface_known)
-        control[names.FIRST], control[names.RATE_LIMIT], control[names.TOUCHING_LIMIT] = 1.0, viscous_rate, touching
+        control[names.FIRST] = 1.0
+        control[names.RATE_LIMIT], control[names.CONTACT_LIMIT] = limits.viscous_rate, limits.contact_nodes
         if start == names.BOUNDARY and self.copies is None:
             self._measure_viscosity(u, v, before)
         control = self._go(control, u, v)
         if control[names.WANTS_LAYERS] == 1.0:
             assert contact is not None
             if self.copies is not None:
-                self.copies.hand_over()
+                self.copies.share_residual()
             else:
                 assert isinstance(contact.friction, LayeredFriction)
                 contact.friction.step(before, after)
@@ -224,7 +209,7 @@ class SerialStep:
         self.pairs.rebuild(arrays.get(u).reshape(-1, 3))
 
     def _go(self, control: np.ndarray, u: arrays.Array, v: arrays.Array) -> np.ndarray:
-        """One launch; returns `control` as it left it."""
+        """Launch the kernel once; return `control` as it left it."""
         if self.pairs is not None:
             rows = self.pairs.owned()  # larger ones may have taken their place
             first = self._first_row
@@ -253,11 +238,11 @@ class SerialStep:
         return values[1 + count :].reshape(self.rows_at_once, count, 6)
 
     def rows(self, count: int) -> np.ndarray:
-        """Raw rows [count, width] of the last run."""
+        """Return the raw rows [count, width] of the last run."""
         return arrays.get(self.raw).reshape(-1, self.width)[:count]
 
     def viscous_force(self, u: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Viscous force [3n] of a small step [3n] to u [3n], times its length in time; 0 without viscous cells."""
+        """Return the viscous force [3n] of a small step [3n] to u [3n] times its duration; 0 without viscous cells."""
         if self.cells is None:
             return np.zeros_like(u)
         cells = self.cells
@@ -283,5 +268,5 @@ class SerialStep:
         self.force.kernel = lambda *given: launch(*given[numbers:], *parts)
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of the launch itself."""
+        """Return the arrays of the launch itself."""
         return [self.raw, self.control, self.sums, *([] if self._scratch is None else [self._scratch])]

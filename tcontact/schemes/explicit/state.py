@@ -32,6 +32,8 @@ from .device_boundary import DeviceBoundarySteps
 from .device_contact import DeviceContactSteps
 from .device_stable_step import stable_steps
 from .device_step import DeviceSteps, steps_on_device
+from .device_terms import DeviceTermSteps
+from .row_limits import RowLimits
 from .serial_step import SerialStep
 from .stable_step import StableStep, StableSteps
 from .timed import Timed
@@ -85,7 +87,7 @@ class DomainState:
         if len(domain.support_rows):
             self.supports = Supports(domain, self._started(displacement), domain.table_rows)
         self.driven = DrivenSupports(domain, self.supports) if self.supports is not None and domain.driven else None
-        self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
+        self.contact = make_contact(scene, domain, self.internal_force)
         self.touching = self.contact is not None
         self._rebuilds = 0  # of rows of pairs so far
         self.frees = False  # whether obstacles move freely that something can touch
@@ -153,7 +155,7 @@ class DomainState:
     @property
     def layered(self) -> LayeredFriction | DeviceLayers | None:
         """The friction layers; None without any."""
-        if self.device is not None and self.device.layers is not None:
+        if isinstance(self.device, DeviceTermSteps) and self.device.layers is not None:
             return self.device.layers
         friction = None if self.contact is None else self.contact.friction
         return friction if isinstance(friction, LayeredFriction) else None
@@ -177,7 +179,7 @@ class DomainState:
             self._start_driven(self.driven.start_speeds)
         if self.loads is not None:
             self.loads.start(self.u, self.start_velocity)
-        if isinstance(self.device, DeviceBoundarySteps | DeviceContactSteps) and self.loads is not None:
+        if isinstance(self.device, DeviceTermSteps) and self.loads is not None:
             self.device.loads.start()
         if self.serial is not None and self.loads is not None:
             self.internal_force.set_steps(0.0, 0.0, 0.0)
@@ -257,33 +259,29 @@ class DomainState:
         time: float,
         steps: tuple[float, float],
         rows: int = 1,
-        jacobian: float = -np.inf,
-        energy: float = np.inf,
-        viscous_rate: float = np.inf,
-        touching: float = np.inf,
-        rigid_rate: float = np.inf,
+        **stop_at: float,
     ) -> int:
         """Advance: v^n = v + kick_before a, row n, v = v^n + kick_after a, u += drift v, static solve.
 
-        time [s]: that of level n; steps [s]: those that end and start there; rows and what follows: see
-        `SerialStep.run`. Returns the rows done. Raises `FunctionError`, before anything moves, if a function of time
-        fails within the first row.
+        time [s]: that of level n; steps [s]: those that end and start there; rows: the most to be done; stop_at: fields
+        of `RowLimits`, beyond which no further row follows. Returns the rows done. Raises `FunctionError`, before
+        anything moves, if a function of time fails within the first row.
         """
         force, serial = self.internal_force, self.serial
+        limits = RowLimits(**stop_at)
         rows = self.ask(time, steps, rows)
         if self.device is not None:
             if self.contact is not None and steps[1] > 0.0:
                 self.contact.obstacles.move(np.cumsum([time, *[steps[1]] * rows]))
             kicks = kick_before, kick_after, drift
-            found = self.device.advance(kicks, steps, rows, jacobian, energy, touching, rigid_rate)
+            found = self.device.advance(kicks, steps, rows, limits)
             self._raw[: len(found), : found.shape[1]] = found
             return len(found)
         if self.domain.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift, before=steps[0])
-            limits = jacobian, energy, viscous_rate, touching, rigid_rate
             if self.sensors is not None:
                 self.sensors.take(0, self.u, self.v)
-            done = serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, *limits)
+            done = serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, limits)
             self._measure(done, steps)
             return done
         for number in range(rows):
@@ -299,7 +297,7 @@ class DomainState:
             self._take_row(raw, time + number * steps[1], steps)
             if self.contact is not None and self.contact.pairs is not None:
                 self._builds[number] = self.contact.pairs.rebuilds
-            if number + 1 < rows and not self._calm(raw, jacobian, energy, viscous_rate, touching, rigid_rate):
+            if number + 1 < rows and not self._calm(raw, limits):
                 break
         self._measure(number + 1, steps)
         return number + 1
@@ -313,13 +311,12 @@ class DomainState:
             serial.run(serial.names.BOUNDARY, self.u, self.v, time, *steps)
             raw[:] = serial.rows(1)[0]
 
-    def _calm(
-        self, raw: np.ndarray, jacobian: float, energy: float, viscous_rate: float, touching: float, rigid_rate: float
-    ) -> bool:
-        """Return whether the steps may go on behind a row, see `SerialStep.run`."""
+    def _calm(self, raw: np.ndarray, limits: RowLimits) -> bool:
+        """Return whether the steps may go on behind a row: it is within the limits, and its static solve converged."""
         total, lowest, rate, count, turn, trouble = self._watched(raw)
-        within = total <= energy and lowest > jacobian and not count > touching and not rate > viscous_rate
-        return bool(within and turn <= rigid_rate and not trouble)
+        within = total <= limits.energy and lowest > limits.jacobian
+        within = within and not count > limits.contact_nodes and not rate > limits.viscous_rate
+        return bool(within and turn <= limits.rigid_rate and not trouble)
 
     def _watched(self, raw: np.ndarray) -> Sequence[float]:
         """Return what decides it: energy [J], least det F, viscous rate, contact nodes, rigid rate, 1 for a trouble."""

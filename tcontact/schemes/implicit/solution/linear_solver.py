@@ -22,7 +22,7 @@ class NoSolution(ArithmeticError):
 
 
 def choose(unknowns: int, ratio: float, wanted: str = "auto") -> str:
-    """ "direct" or "krylov" for so many unknowns and a ratio lam/mu."""
+    """Return "direct" or "krylov" for so many unknowns and a ratio lam/mu."""
     if wanted != "auto":
         return wanted
     return "direct" if unknowns <= DIRECT or ratio >= STIFF else "krylov"

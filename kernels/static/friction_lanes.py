@@ -3,8 +3,9 @@
     d = free + lambda D^-1 n + D^-1 T^t t,   g + n.d + e lambda = 0 or lambda = 0,   t against slip, |t| <= c(lambda)
 
 free = D^-1 (r_k - sum_j K_kj d_j); T: the tangents in the massless components. This is the problem that `sliding.py`
-solves for a single node, with what stays the same in all sweeps of a linear problem computed once, by `begin_rubbing`,
-into System.response (places: node_places.Rubbing). Pressing force and friction go back to the rows by `end_rubbing`.
+solves for a single node. What stays the same in all sweeps of a linear problem is computed once, by `begin_friction`,
+and stands in System.response (places: node_places.FrictionPlaces); `end_friction` stores pressing force and friction in
+the rows.
 """
 
 from ..contact.constraint_rows import normal_of, number_of, set_number, set_vector, vector_of
@@ -14,16 +15,16 @@ from ..contact.islands import first_node
 from ..engine import ti
 from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import load
-from ..node_places import RUBBING
+from ..node_places import FRICTION_PLACES
 from .massless_node import basis_of, entries, square
 from .node_basis import lanes_inside, part, put
 from .sliding import CLOSED, ROUNDS, SEARCH, friction_cap
 
 
 @ti.func
-def begin_rubbing(contact: ti.template(), rows: ti.template(), system: ti.template(), island, block: ti.template()):
+def begin_friction(contact: ti.template(), rows: ti.template(), system: ti.template(), island, block: ti.template()):
     """Compute what the sweeps need of every node of an island, with the friction of the last solve as first guess."""
-    at = ti.static(RUBBING)
+    at = ti.static(FRICTION_PLACES)
     stride = system.stiffness.shape[0]
     for k in range(first_node(contact, island), first_node(contact, island + 1)):
         flexible, normal = square(system.inverse, k, stride, block), entries(system.normals, k, stride, 0, block)
@@ -52,9 +53,9 @@ def begin_rubbing(contact: ti.template(), rows: ti.template(), system: ti.templa
 
 
 @ti.func
-def end_rubbing(contact: ti.template(), rows: ti.template(), system: ti.template(), island):
+def end_friction(contact: ti.template(), rows: ti.template(), system: ti.template(), island):
     """Set pressing force and friction of the rows of an island to those of the last sweep."""
-    at = ti.static(RUBBING)
+    at = ti.static(FRICTION_PLACES)
     stride = system.stiffness.shape[0]
     for k in range(first_node(contact, island), first_node(contact, island + 1)):
         set_number(rows, k, rows.at.pressing, system.response[at.pressing * stride + k])
@@ -122,9 +123,9 @@ def coulomb_lanes(mobility, slip, limit, start, running):
 
 
 @ti.func
-def rub_pack(contact: ti.template(), system: ti.template(), first, count, rest, block: ti.template()):
+def update_pack_with_friction(contact: ti.template(), system: ti.template(), first, count, rest, block: ti.template()):
     """Solve the contact problems of a pack of nodes; rest: sum_j K_kj d_j; return the largest defect [N]."""
-    at = ti.static(RUBBING)
+    at = ti.static(FRICTION_PLACES)
     zero = ti.Vector([0.0 for _ in range(LANES)])
     inside = lanes_inside(system, count)
     values = ti.static(system.response)

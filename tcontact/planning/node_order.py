@@ -1,0 +1,83 @@
+"""Numbering of nodes and cells that keeps neighbours together in memory, and its inverse."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.lanes import WIDTH
+from ..mesh.geometry import chunks_of, grid_planes
+
+
+def slab_order(
+    nodes: NDArray[np.float64], cells: NDArray[np.integer], normal: NDArray[np.float64] | None = None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return (node_order, cell_order) that keep neighbours together: new node k is old node node_order[k].
+
+    Nodes are sorted by slabs along the axis with the most slabs, then by rows along the next one, then by coordinate.
+    Slabs are the grid planes where the coordinates form a grid (box meshes, graded or not), else equal shares of the
+    nodes about one mean spacing thick. Cells are sorted by their lowest node.
+    nodes [n, 3], cells [m, corners]; normal: normal of the contact face, whose nodes stay together if axes have equally
+    many slabs.
+    """
+    points = np.asarray(nodes, dtype=np.float64)
+    count = len(points)
+    extent = np.ptp(points, axis=0)
+    size = float(extent.max())
+    if size == 0.0:
+        return np.arange(count), np.arange(len(cells))
+    planes = [grid_planes(points[:, axis], 1e-6 * size) for axis in range(3)]
+    counts = [int(plane.max()) + 1 for plane in planes]
+    if np.prod(np.array(counts, dtype=float)) > 2.0 * count:
+        thick = np.maximum(extent, 1e-3 * size)
+        spacing = (np.prod(thick) / count) ** (1.0 / 3.0)
+        planes = [_shares(points[:, axis], round(extent[axis] / spacing)) for axis in range(3)]
+        counts = [int(plane.max()) + 1 for plane in planes]
+    along = -1 if normal is None else int(np.abs(normal).argmax())
+    slow, middle, fast = sorted(range(3), key=lambda axis: (-counts[axis], axis != along, -extent[axis], axis))
+    node_order = np.lexsort((points[:, fast], planes[middle], planes[slow]))
+    rank = inverse(node_order)
+    lowest, total = np.empty(len(cells), dtype=np.int32), np.empty(len(cells), dtype=np.int64)
+    for part in chunks_of(len(cells)):
+        numbers = rank.take(cells[part])
+        lowest[part], total[part] = numbers.min(axis=1), numbers.sum(axis=1)
+    return node_order, np.lexsort((total, lowest))
+
+
+def inverse(order: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the places [n] of the numbers of a permutation [n]."""
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    return place
+
+
+def renumbered(
+    place: NDArray[np.int64], cells: NDArray[np.integer], order: NDArray[np.int64] | None = None
+) -> NDArray[np.int32]:
+    """Return the cells [m, corners] with nodes by their places [n], those of `order` in that order, in 32 bits."""
+    result = np.empty((len(cells if order is None else order), cells.shape[1]), dtype=np.int32)
+    for part in chunks_of(len(result)):
+        result[part] = place.take(cells[part] if order is None else cells.take(order[part], axis=0))
+    return result
+
+
+def lanes_apart(cells: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Return an order of cells [m, corners], sorted by their lowest nodes, that keeps equal nodes of a pack apart.
+
+    Cells with the same lowest node, such as those that a hexahedron is cut into, are taken in turns with those of the
+    WIDTH - 1 next lowest nodes: additions to one force row, which wait for each other, stand further apart.
+    """
+    lowest = np.asarray(cells).min(axis=1)
+    first = np.flatnonzero(np.diff(lowest, prepend=-1))  # of each group of cells with one lowest node
+    sizes = np.diff(first, append=len(lowest))
+    group = np.repeat(np.arange(len(first)), sizes)
+    turn = np.arange(len(lowest)) - np.repeat(first, sizes)
+    return np.lexsort((group, turn, group // WIDTH))
+
+
+def _shares(coordinate: NDArray[np.float64], slabs: int) -> NDArray[np.int64]:
+    """Return the slab of each value, with limits at quantiles: equal values share one, refined zones have thin ones."""
+    if slabs < 2:
+        return np.zeros(len(coordinate), dtype=np.int64)
+    limits = np.quantile(coordinate, np.arange(1, slabs) / slabs)
+    return np.searchsorted(np.unique(limits), coordinate, side="right")

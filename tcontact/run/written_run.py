@@ -1,0 +1,61 @@
+"""Runs that write into a folder: the loop, then result file, history and summary; at last checkpoints go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..base.errors import OutputError
+from ..results.report import run_attributes, write_history, write_json
+from ..results.result import Result
+from .checkpoint import store
+from .checkpoint.keeper import Keeper
+from .loop import Run
+from .progress import ProgressBar
+from .recorder import FILE, Recorder, unwritten
+
+
+def carry_out(
+    run: Run,
+    frames: int,
+    folder: Path,
+    recorder: Recorder,
+    keeper: Keeper | None,
+    bar: ProgressBar,
+    started: float,
+    on_writer: Callable[[Callable[[], None]], Any] = lambda write: write(),
+    **attributes: Any,
+) -> Result:
+    """Run, write result file, history and summary to the folder, and remove checkpoints without further use.
+
+    started: `perf_counter` at the start [s]; on_writer: calls a function on the rank that writes, and raises its error
+    on all of them; attributes: further ones of the summary. Raises `OutputError`, whose `result` is that of the run.
+    """
+    try:
+        result = run.go(frames, recorder, bar, started, keeper)
+        vars(result)["file"] = folder / FILE  # results are frozen, and those of other ranks have not all fields
+        attributes = run_attributes(result) | attributes
+        try:
+            recorder.close(result.history, attributes)
+        except OutputError as error:
+            error.result = result
+            raise
+    finally:
+        recorder.abandon()
+
+    def write() -> None:
+        try:
+            write_history(folder / "history.csv", result.history)
+            write_json(folder / "summary.json", attributes)
+        except OSError as error:
+            raise unwritten(folder, "history.csv or summary.json", "all frames are", error) from error
+        if result.reason != "interrupted" and not (keeper is not None and keeper.keep):
+            store.remove(folder)
+
+    try:
+        on_writer(write)
+    except OutputError as error:
+        error.result = result
+        raise
+    return result
