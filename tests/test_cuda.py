@@ -54,7 +54,7 @@ def test_forces_are_those_of_the_cpu(found, parallel_path, name):
 
 @pytest.mark.parametrize("name", cuda_scenes.FORCES)
 def test_shape_rates_are_those_of_the_cpu(found, parallel_path, name):
-    """Of every body, by a thread per cell."""
+    """The rates of every body, which a thread per cell computes there."""
     expected = cuda_scenes.rates(InternalForce, cuda_scenes.FORCES[name]())
     assert (expected > 0.0).sum() >= 18
     assert np.abs(found[f"{name}/rates"] - expected).max() <= 1e-12 * expected.max()

@@ -72,7 +72,7 @@ print(tiny_kernel.run().sum())
 
 
 def test_a_material_of_an_own_law_reaches_workers(tmp_path):
-    """Whatever variable holds the class; a process that has not registered the law says so."""
+    """It does so whatever variable holds the class; a process that has not registered the law is told to."""
     made = tc.register_law("PoolLaw", pool_worker.energy, {"mu": 4e5, "bulk": 2e6})
     (tmp_path / "material").write_bytes(pickle.dumps(made(mu=1e5, bulk=1e6, density=1100.0)))
     register = "tc.register_law('PoolLaw', pool_worker.energy, {'mu': 1e5, 'bulk': 1e6})"

@@ -103,6 +103,8 @@ def make_serial_step(
     kick_has_friction = has_friction and options.kick_friction
     solve_has_friction = contact_model == "massless" and options.static_friction
     has_viscous_cells = contact_model == "massless" and options.viscous
+    # where ranks share the contact, the viscous force is part of the forces that they add up before the row
+    loads_viscosity = VISCOUS if options.shared else BOUNDARY
     cornered = contact_model == "massless"
     cell_phase = make_cell_phase(cells, viscous, cornered, mixed and passes) if passes or measures else None
     volume_phase = make_volume_phase(cells)
@@ -322,14 +324,13 @@ def make_serial_step(
                     if state == PASS or state == PRODUCT:
                         node_phase(body, ordinary, cell_kinds, 1, damped, cornered)
                 if ti.static(has_viscous_cells):
-                    if state == PASS or state == BOUNDARY or (options.shared and state == VISCOUS):
+                    if state == PASS or state == loads_viscosity:
                         past = control[BEFORE]
                         viscous_cells[RATE] = ti.select(past > 0.0, 1.0 / ti.max(past, 1e-300), 0.0)
                     if ti.static(passes or measures):
                         if state == PASS or state == BOUNDARY or state == MEASURED or state == VISCOUS:
                             viscous_phase(body, viscous_cells, 1)
-                    # where ranks share the contact it is part of the forces that they add up before
-                    if state == (VISCOUS if options.shared else BOUNDARY) or state == PASS:
+                    if state == PASS or state == loads_viscosity:
                         viscous_load(body, boundary, contact, viscous_cells)
                 if state == PASS or state == BOUNDARY:
                     if ti.static(body.viscous_metal):

@@ -23,22 +23,33 @@ KERNEL = struct.Struct("<Q65sQ65sQQQ")
 def strike_lost(folder: Path) -> None:
     """Strike out of the list in a folder the kernels whose file there is missing, or has another length."""
     with suppress(OSError, struct.error, ValueError):
-        data = (folder / LIST).read_bytes()
-        length, *version, _, count = HEAD.unpack_from(data)
-        if length != len(data) or length != HEAD.size + count * KERNEL.size:
+        if _without_lost(folder) is None:
             return
-        kernels = list(KERNEL.iter_unpack(data[HEAD.size :]))
-        left = [kernel for kernel in kernels if _is_there(folder, kernel)]
-        if len(left) < len(kernels):
-            total = sum(kernel[4] for kernel in left)
-            head = HEAD.pack(HEAD.size + len(left) * KERNEL.size, *version, total, len(left))
-            with _locked(folder):
+        with _locked(folder):
+            left = _without_lost(folder)  # another process may have added kernels meanwhile
+            if left is not None:
                 beside = folder / f"{LIST}.{os.getpid()}"
-                beside.write_bytes(head + b"".join(KERNEL.pack(*kernel) for kernel in left))
+                beside.write_bytes(left)
                 beside.replace(folder / LIST)
 
 
+def _without_lost(folder: Path) -> bytes | None:
+    """Return the list in a folder without the kernels that are lost; None if none is, or its form is another one."""
+    data = (folder / LIST).read_bytes()
+    length, *version, _, count = HEAD.unpack_from(data)
+    if length != len(data) or length != HEAD.size + count * KERNEL.size:
+        return None
+    kernels = list(KERNEL.iter_unpack(data[HEAD.size :]))
+    left = [kernel for kernel in kernels if _is_there(folder, kernel)]
+    if len(left) == len(kernels):
+        return None
+    total = sum(kernel[4] for kernel in left)
+    head = HEAD.pack(HEAD.size + len(left) * KERNEL.size, *version, total, len(left))
+    return head + b"".join(KERNEL.pack(*kernel) for kernel in left)
+
+
 def _is_there(folder: Path, kernel: tuple) -> bool:
+    """Return whether the file of a kernel of the list is whole by its length."""
     file = folder / f"{kernel[1].decode('ascii')}.tic"
     if not file.exists():
         return False

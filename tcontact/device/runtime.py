@@ -117,6 +117,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
 
 
 def _be_copied() -> None:
+    """Note in the copy (fork) of a process in which Taichi had been started that it cannot compute."""
     global _started, _copied, turn
     _started, _copied, turn = None, True, threading.RLock()  # another thread may have held it
 
