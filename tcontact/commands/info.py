@@ -66,8 +66,11 @@ def contents(path: Path) -> list[str]:
     span = f", {si(data.times[0], 's')} to {si(data.times[-1], 's', 4)}" if len(data) else ""
     if "reason" not in data.attributes:
         span += "; the run has not ended: it goes on, or `tcontact resume` goes on with it"
-    size = path.stat().st_size / 1e6
+    files = [path, *(part.path for part in data.parts)]
+    size = sum(file.stat().st_size for file in files) / 1e6
     found = [f"{path}: {len(data.points)} nodes, {kinds}, {len(data)} frames{span}, {size:.3g} MB"]
+    if data.parts:
+        found.append(f"  parts     {len(data.parts)} of as many ranks, in {data.parts[0].path.parent}")
     box = np.ptp(data.points, axis=0)
     found.append("  size      " + " x ".join(si(float(length), "m") for length in box))
     obstacles = data.attributes.get("obstacles", ())

@@ -20,7 +20,7 @@ from .lead import Lead
 from .roll_call import FAILS, STARTS, answers
 
 Value = TypeVar("Value")
-SHARES = 4  # tag of the messages that share something out; roll_call.py and exchange.py have 1 to 3
+SHARES, PIECES = 4, 5  # tags of messages that share something out or put it together; others have 1 to 3
 
 
 def team(comm: Any = None, word: str = STARTS) -> Team | None:
@@ -120,6 +120,18 @@ class Team:
         for rank in range(1, self.size):
             self.send_share(rank, values[wanted[rank]])
         return values[rows]
+
+    def put_together(self, numbers: np.ndarray, values: np.ndarray, count: int) -> np.ndarray | None:
+        """Return on the first rank values [count, ..], of which every rank gives those of these numbers; else None."""
+        if not self.leads:
+            self.comm.send((numbers, values), dest=0, tag=PIECES)
+            return None
+        result = np.empty((count, *values.shape[1:]), dtype=values.dtype)
+        result[numbers] = values
+        for rank in range(1, self.size):
+            at, own = self.comm.recv(source=rank, tag=PIECES)
+            result[at] = own
+        return result
 
     def total(self, value: float) -> float:
         """Return the sum of a number over the ranks, in their order."""

@@ -1,4 +1,4 @@
-"""Frames and checkpoints of a run on several ranks: the first one writes the frames, each its checkpoints.
+"""Checkpoints of a run on several ranks, one of each, and frames of one that other ranks have begun.
 
 A checkpoint is a file of every rank, those of the first one in the folder of the run, those of the others below it in
 `checkpoint-ranks`. All are of the same row: `latest_of_all` finds the last one that every rank has whole.
@@ -17,14 +17,19 @@ from ..device.team import Team
 from ..results.files.vtkhdf import ResultData
 from .checkpoint import store
 from .checkpoint.keeper import Keeper
+from .rank_snapshot import WholeSnapshot
 from .recorder import FILE, Recorder
 from .snapshot import Snapshot
 
 
 class RankRecorder(Recorder):
-    """The recorder of the first rank, which collects the fields and writes them."""
+    """The recorder of the first rank, which collects the fields and writes them; whole: collects the state of bodies.
+
+    For runs that go on from other numbers of ranks; else every rank writes its part (part_recorder.py).
+    """
 
     team: Team
+    whole: Callable[[Snapshot], WholeSnapshot | None]
 
     def prepare(self) -> None:
         """Prepare for the fields of the frames, before the first one."""
@@ -32,7 +37,8 @@ class RankRecorder(Recorder):
 
     def frame(self, time: float, snapshot: Snapshot) -> None:
         """Append the state at `time` [s]. Raises `OutputError` on all ranks."""
-        self.team.lead.alone(lambda: super(RankRecorder, self).frame(time, snapshot))
+        whole: Any = self.whole(snapshot)
+        self.team.lead.alone(lambda: super(RankRecorder, self).frame(time, whole))
 
     def settle(self) -> None:
         """Wait until every frame is in the file. Raises `OutputError` on all ranks."""
@@ -80,6 +86,7 @@ class SilentRecorder(RankRecorder):
 
     def frame(self, time: float, snapshot: Snapshot) -> None:
         """Follow the first rank, and count the frame."""
+        self.whole(snapshot)
         self.prepare()
         self.file.append()
 

@@ -1,16 +1,14 @@
-"""Guards, looks and states of a run on several ranks that read whole bodies: the first rank has them, and tells.
+"""Guards and looks of a run on several ranks that read whole bodies: the first rank has them, and tells.
 
 The others follow (device/lead.py) and take its decisions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from ..device.lead import Lead
 from .guards import Guards, Stop
-from .snapshot import Snapshot
 from .watched import Run
 from .watches.looks import Looks
 
@@ -55,10 +53,3 @@ class RankLooks(Looks):
         if not self.looks:
             return None
         return self.lead.decide(lambda: super(RankLooks, self).take(run, row, time, step))
-
-
-class Elsewhere(Snapshot):
-    """The state at a level on a rank other than the first: the first one has it."""
-
-    def __init__(self, states: Sequence[Any]) -> None:
-        self.states = list(states)

@@ -28,6 +28,7 @@ from ..device import runtime
 from ..device.ranks import passed_on
 from ..device.team import Team
 from ..friction_layer import LayerState
+from ..planning.partition.body_part import BodyPart
 from ..planning.partition.domain_part import DomainPart
 from ..planning.partition.outline import PlanOutline, forget_cells
 from ..planning.planning import Plan
@@ -47,13 +48,16 @@ from .folder_lock import locked
 from .guards import Guards
 from .law_checks import check_laws
 from .loop import Run
+from .part_mesh import RankMesh
+from .part_recorder import PartRecorder, goes_on_with_parts
 from .prepared import checkpoint_head, finished_plan, start_layers
 from .progress import ProgressBar
 from .rank_files import RankKeeper, RankRecorder, SilentRecorder, latest_of_all, on_first
-from .rank_lead import Elsewhere, RankGuards, RankLooks
+from .rank_lead import RankGuards, RankLooks
 from .rank_plan import plan_and_parts
 from .rank_recut import other_ranks, restore_parts
-from .recorder import check_folder, make_folder
+from .rank_snapshot import WholeSnapshot, whole_snapshot
+from .recorder import Recorder, check_folder, make_folder
 from .snapshot import Snapshot
 from .watches.looks import Looks
 from .written_run import carry_out
@@ -122,9 +126,24 @@ class RankRun(Run):
         lead = self.team.lead
         return RankGuards(lead, self.scene, self.states, self.scheme.implicit), RankLooks(lead, self)
 
+    @property
+    def bodies_here(self) -> list[tuple[int, BodyPart, BodyView]]:
+        """The bodies of which this rank has nodes: number in the scene, ascending, part and view of it."""
+        found = []
+        for state, part in zip(self.domains, self.parts, strict=True):
+            for view, number in zip(state.own_views, part.there, strict=True):
+                found.append((part.whole.numbers[number], part.bodies[number], view))
+        return sorted(found, key=lambda one: one[0])
+
     def snapshot(self, before: float, after: float) -> Snapshot:
-        """Take the state at the present level, on the first rank."""
-        return self.team.lead.alone(lambda: super(RankRun, self).snapshot(before, after)) or Elsewhere(self.states)
+        """Take the state of what this rank has at the present level."""
+        views = [view for _, _, view in self.bodies_here]
+        return Snapshot(views, before, after, self.dt, self.scheme.implicit)
+
+    def whole_snapshot(self, own: Snapshot) -> WholeSnapshot | None:
+        """Return the state of all bodies on the first rank; own: that of what this rank has. All ranks call it."""
+        parts = [(number, part) for number, part, _ in self.bodies_here]
+        return whole_snapshot(self.team, self.states, parts, own)
 
     @property
     def result_type(self) -> Any:
@@ -133,7 +152,8 @@ class RankRun(Run):
 
     def end_state(self, last: Snapshot) -> dict[str, Any]:
         """Return the fields of the result with values of nodes and cells, on the first rank."""
-        return self.team.lead.alone(lambda: super(RankRun, self).end_state(last)) or {}
+        whole: Any = self.whole_snapshot(last)
+        return self.team.lead.alone(lambda: super(RankRun, self).end_state(whole)) or {}
 
     def cut_by(self, signal: str) -> str:
         """Return the name of the signal that some rank has received, "" without."""
@@ -336,13 +356,22 @@ def _made(team: Team, planned: Plan | PlanOutline, parts: list[DomainPart], aske
     return RankRun(team, parts, *given)
 
 
-def _recorder(team: Team, folder: Path, run: RankRun, fields: Sequence[str], frames: int | None = None) -> RankRecorder:
-    """Make the recorder of this rank; frames: number of those to keep, None for a new file."""
+def _recorder(
+    team: Team, folder: Path, run: RankRun, fields: Sequence[str], frames: int | None = None
+) -> PartRecorder | RankRecorder:
+    """Make the recorder of this rank; frames: number of those to keep, None for a new file.
+
+    Each rank writes its part, unless the run goes on from one that other ranks, or one process, have begun.
+    """
+    mesh, title = RankMesh(team, run.scene, run.parts), " + ".join(run.planned.terms)
+    if frames is None or goes_on_with_parts(team, folder, mesh):
+        views = [view for _, _, view in run.bodies_here]
+        return PartRecorder.started(team, mesh, folder, run.scene, views, title, fields, frames)
     kind = RankRecorder if team.leads else SilentRecorder
     error: InputError | None = None
     try:
-        found = kind(folder, run.scene, run.states, " + ".join(run.planned.terms), fields, frames)
-        found.team = team
+        found = kind(folder, run.scene, run.states, title, fields, frames)
+        found.team, found.whole = team, run.whole_snapshot
     except InputError as own:
         error = own
     team.agree(error)
@@ -354,7 +383,7 @@ def _keeper(
     options: Checkpoint | None,
     folder: Path,
     new: contents.Prints,
-    recorder: RankRecorder,
+    recorder: Recorder,
     head: dict[str, Any],
     start: Start | None,
 ) -> RankKeeper:
@@ -370,7 +399,7 @@ def _carry_out(
     run: RankRun,
     frames: int,
     folder: Path,
-    recorder: RankRecorder,
+    recorder: Recorder,
     keeper: RankKeeper | None,
     bar: ProgressBar,
     started: float,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from ..cells.cell_stress import CellStress, pressure_of
 from ..cells.point_state import has_state, metal_field
 from ..cells.stress import VonMises
 from ..results.files.frame_process import FrameProcess
+from ..results.files.joined_file import join_parts
 from ..results.files.late_fields import LateField, whole
 from ..results.files.vtkhdf import ResultData, ResultFile
 from ..results.frame_fields import FRICTION, LAYERS, METAL, STRESS, frame_size
@@ -98,12 +99,14 @@ class Recorder:
         self.fields = fields
         self.process: FrameProcess | None = None  # takes over the file as soon as it has started
         self.file: ResultFile | FrameProcess
-        points = np.concatenate([body.mesh.nodes for body in scene.bodies])
+        meshes = [state.plan.body.mesh for state in states]
+        points = np.concatenate([mesh.nodes for mesh in meshes])
         blocks, start = [], 0
-        for body in scene.bodies:
-            blocks += [(kind, cells + start) for kind, cells in body.mesh.blocks]
-            start += body.mesh.node_count
-        bodies = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(scene.bodies)])
+        for mesh in meshes:
+            blocks += [(kind, cells + start) for kind, cells in mesh.blocks]
+            start += mesh.node_count
+        bodies = np.repeat(self._numbers, [mesh.cell_count for mesh in meshes])
+        self._celled = [number for number, mesh in enumerate(meshes) if mesh.cell_count]  # a rank may have nodes alone
         self.obstacles, self.times = scene.obstacles, [0.0]
         self._paired = bool(scene.body_pairs)
         self._stateful = has_state(scene) and not {"von_mises", *METAL, *STRESS}.isdisjoint(fields)
@@ -117,8 +120,17 @@ class Recorder:
         try:
             self.file = self._opened(frames, points, blocks, static)
         except OSError as error:
-            remedy = f"{FILE} cannot be written there ({error.strerror}); make room or name another folder"
-            raise InputError("out", str(folder), remedy) from error
+            raise self._refusal(error) from error
+
+    def _refusal(self, error: OSError) -> InputError:
+        """Return the error for a file that cannot be made."""
+        remedy = f"{FILE} cannot be written there ({error.strerror}); make room or name another folder"
+        return InputError("out", str(self.folder), remedy)
+
+    @property
+    def _numbers(self) -> Sequence[int]:
+        """Numbers in the scene of the bodies that it writes."""
+        return range(len(self.states))
 
     def _opened(
         self,
@@ -130,6 +142,7 @@ class Recorder:
         """Open a new file, or that of a run which goes on after so many frames."""
         if frames is None:
             return ResultFile.create(self.folder / FILE, points, blocks, self.attributes, static)
+        join_parts(self.folder / FILE, frames)
         self.times += [float(time) for time in ResultData.open(self.folder / FILE).times[:frames]]
         return ResultFile.reopen(self.folder / FILE, frames, self.attributes)
 
@@ -138,9 +151,13 @@ class Recorder:
         if not set(CONTACT).isdisjoint(self.fields):
             self._contact = ContactFields(self.states, self._paired)
         if "von_mises" in self.fields:
-            self.stress = [VonMises(state.plan.body, state.plan.node_order) for state in self.states]
+            self.stress = [VonMises(state.plan.body, state.plan.node_order) for state in self._with_cells]
         if "pressure" in self.fields:
-            self.whole_stress = [CellStress(state.plan.body) for state in self.states]
+            self.whole_stress = [CellStress(state.plan.body) for state in self._with_cells]
+
+    @property
+    def _with_cells(self) -> list[BodyView]:
+        return [self.states[number] for number in self._celled]
 
     def frame(self, time: float, snapshot: Snapshot) -> None:
         """Append the state at `time` [s] in the user's numbering. Raises `OutputError`."""
@@ -158,29 +175,37 @@ class Recorder:
             rubbed = [state.friction_fields() for state in self.states]
             nodal |= {name: _joined([one[name] for one in rubbed]) for name in FRICTION if name in self.fields}
         cellwise = {}
-        kept: list[np.ndarray | None] = [None] * len(self.states)
+        kept: list[np.ndarray | None] = [None] * len(self._celled)
         if self._stateful:
-            kept = [state.point_state() for state in self.states]
+            kept = [state.point_state() for state in self._with_cells]
         if self.stress:
-            parts = zip(self.stress, snapshot.moved, kept, strict=True)
+            moved = [snapshot.moved[number] for number in self._celled]
+            parts = zip(self.stress, moved, kept, strict=True)
             cellwise["von_mises"] = _joined([of(part, state) for of, part, state in parts])
         if self.whole_stress:
-            own = zip(self.whole_stress, snapshot.displacements, kept, strict=True)
+            shapes = [snapshot.displacements[number] for number in self._celled]
+            own = zip(self.whole_stress, shapes, kept, strict=True)
             cellwise["pressure"] = _joined([pressure_of(of(part[None], state)[0]) for of, part, state in own])
         for name in METAL:
             if name in self.fields:
-                values = zip(self.states, kept, strict=True)
+                values = zip(self._with_cells, kept, strict=True)
                 cellwise[name] = _joined([metal_field(state.plan.body, name, one) for state, one in values])
         try:
-            if isinstance(self.file, ResultFile) and self.process is not None and self.process.ready():
-                self.process.take_over(self.file, self.folder / FILE, self.attributes)
-                self.file = self.process
-            if isinstance(self.file, FrameProcess):
-                self.file.append(time, nodal, cellwise)
-            else:
-                self.file.append(time, {name: whole(field) for name, field in nodal.items()}, cellwise)
+            self._append(time, nodal, cellwise)
         except OSError as error:
             raise self._unwritten_frame(error) from error
+
+    def _append(
+        self, time: float, nodal: Mapping[str, np.ndarray | LateField], cellwise: Mapping[str, np.ndarray]
+    ) -> None:
+        """Append a frame to the file, or hand it to the process that writes."""
+        if isinstance(self.file, ResultFile) and self.process is not None and self.process.ready():
+            self.process.take_over(self.file, self.folder / FILE, self.attributes)
+            self.file = self.process
+        if isinstance(self.file, FrameProcess):
+            self.file.append(time, nodal, cellwise)
+        else:
+            self.file.append(time, {name: whole(field) for name, field in nodal.items()}, cellwise)
 
     def settle(self) -> None:
         """Wait until every frame is in the file. Raises `OutputError`."""
@@ -192,14 +217,19 @@ class Recorder:
 
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file. Raises `OutputError`."""
+        self._close(self.file, history, attributes)
+
+    def _close(
+        self, file: ResultFile | FrameProcess, history: dict[str, np.ndarray], attributes: dict[str, Any]
+    ) -> None:
         try:
             there = describe(self.obstacles, sorted(set(self.times)), history)
         except FunctionError:  # at a time at which the run did not evaluate it: without the motion
             there = self.attributes["obstacles"]
         try:
-            self.file.write_history(history)
-            self.file.write_attributes(self.attributes | {"obstacles": there} | attributes)
-            self.file.close()
+            file.write_history(history)
+            file.write_attributes(self.attributes | {"obstacles": there} | attributes)
+            file.close()
         except OSError as error:
             raise unwritten(self.folder, "the history", "all frames are", error) from error
 

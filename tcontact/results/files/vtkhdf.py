@@ -13,10 +13,10 @@ Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/vtkhd
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
@@ -35,6 +35,9 @@ _STORED_ROWS = 2**16  # rows at most in a chunk of what is stored as a whole
 _LIBRARY = ("v108", "v108")  # metadata with checksums, yet without the "still open" mark that blocks readers
 _STATIC_OFFSETS = {"PartOffsets": (), "PointOffsets": (), "CellOffsets": (1,), "ConnectivityIdOffsets": (1,)}
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
 Blocks = Sequence[tuple[str, np.ndarray]]
 
 
@@ -44,6 +47,8 @@ class ResultFile:
     Use as a context manager or call `close`. What cannot be written raises `OSError`; the file on disk then stays as
     it was before the call, and nothing more is written.
     """
+
+    _library = _LIBRARY
 
     def __init__(self, disk: AtomicFile, file: h5py.File, points: int, cells: int, static: Sequence[str]) -> None:
         """Take an open file; use `create` or `reopen` instead."""
@@ -74,7 +79,7 @@ class ResultFile:
         blocks: Blocks,
         attributes: Mapping[str, Any] | None = None,
         static_cell_data: Mapping[str, np.ndarray] | None = None,
-    ) -> ResultFile:
+    ) -> Self:
         """Start a new file at `path` (an older one is replaced) and write the mesh.
 
         points: reference positions [n,3] [m]; blocks: (kind, connectivity [m,k]) with a kind of `ELEMENTS`, cells in
@@ -94,45 +99,61 @@ class ResultFile:
             name: _checked_field("static_cell_data", name, array, count)
             for name, array in (static_cell_data or {}).items()
         }
+        sizes = np.concatenate([np.full(len(cells), cells.shape[1], dtype=np.int64) for _, cells in checked])
+        types = [np.full(len(cells), ELEMENTS[kind].vtk, dtype=np.uint8) for kind, cells in checked]
+        mesh = {
+            "NumberOfPoints": np.array([len(points)], dtype=np.int64),
+            "NumberOfCells": np.array([count], dtype=np.int64),
+            "NumberOfConnectivityIds": np.array([sizes.sum()], dtype=np.int64),
+            "Points": points,
+            "Connectivity": np.concatenate([cells.ravel() for _, cells in checked]),
+            "Offsets": np.concatenate([[0], np.cumsum(sizes)]),
+            "Types": np.concatenate(types),
+        }
 
+        def fill(root: h5py.Group) -> None:
+            for name, array in mesh.items():
+                store(root, name, array)
+            for name, array in static.items():
+                store(root["CellData"], name, array)
+
+        return cls._started(path, len(points), count, list(static), attributes or {}, fill)
+
+    @classmethod
+    def _started(
+        cls,
+        path: Path | str,
+        points: int,
+        cells: int,
+        static: Sequence[str],
+        attributes: Mapping[str, Any],
+        fill: Callable[[h5py.Group], None],
+    ) -> Self:
+        """Start a new file with so many points and cells; fill: puts the mesh into its group VTKHDF."""
         disk = AtomicFile(path, "w")
         try:
-            file = h5py.File(disk, "w", libver=_LIBRARY)
+            file = h5py.File(disk, "w", libver=cls._library)
             root = file.create_group("VTKHDF")
             root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
             root.attrs.create("Type", np.bytes_("UnstructuredGrid"), dtype=h5py.string_dtype("ascii", 16))
-            sizes = np.concatenate([np.full(len(cells), cells.shape[1], dtype=np.int64) for _, cells in checked])
-            types = [np.full(len(cells), ELEMENTS[kind].vtk, dtype=np.uint8) for kind, cells in checked]
-            mesh = {
-                "NumberOfPoints": np.array([len(points)], dtype=np.int64),
-                "NumberOfCells": np.array([count], dtype=np.int64),
-                "NumberOfConnectivityIds": np.array([sizes.sum()], dtype=np.int64),
-                "Points": points,
-                "Connectivity": np.concatenate([cells.ravel() for _, cells in checked]),
-                "Offsets": np.concatenate([[0], np.cumsum(sizes)]),
-                "Types": np.concatenate(types),
-            }
-            for name, array in mesh.items():
-                _store(root, name, array)
             steps = root.create_group("Steps")
             steps.attrs["NSteps"] = np.int64(0)
             for group in ("PointData", "CellData"):
                 root.create_group(group)
                 steps.create_group(f"{group}Offsets")
-            for name, array in static.items():
-                _store(root["CellData"], name, array)
+            fill(root)
             own = file.create_group("tcontact")
             own.attrs["format"] = np.int64(FORMAT)
             own.create_group("history")
-            result = cls(disk, file, len(points), count, list(static))
-            result._write_first(attributes or {})
+            result = cls(disk, file, points, cells, static)
+            result._write_first(attributes)
         except BaseException:
             disk.close()
             raise
         return result
 
     @classmethod
-    def reopen(cls, path: Path | str, frames: int, attributes: Mapping[str, Any] | None = None) -> ResultFile:
+    def reopen(cls, path: Path | str, frames: int, attributes: Mapping[str, Any] | None = None) -> Self:
         """Continue a file behind its first `frames` frames; the others, and its history, are dropped.
 
         Raises `InputError` if it is missing, foreign, of an older version, damaged in one of these frames, or holds
@@ -156,7 +177,7 @@ class ResultFile:
             raise InputError("path", str(path), f"is damaged ({error}); run again") from error
 
     @classmethod
-    def _cut(cls, disk: AtomicFile, data: ResultData, frames: int, attributes: Mapping[str, Any]) -> ResultFile:
+    def _cut(cls, disk: AtomicFile, data: ResultData, frames: int, attributes: Mapping[str, Any]) -> Self:
         """Return the writer of a file that keeps its first frames."""
         file = h5py.File(disk, "r+", libver=_LIBRARY)
         root = file["VTKHDF"]
@@ -206,13 +227,17 @@ class ResultFile:
             if key not in self._fields:
                 root = self._file["VTKHDF"]
                 self._fields[key] = _Column(root[group], name, array.dtype, array.shape[1:], self._rows[group])
-                self._field_offsets[key] = _Column(root["Steps"][f"{group}Offsets"], name, np.int64, (), _STEP_ROWS)
+                self._field_offsets[key] = column(root["Steps"][f"{group}Offsets"], name)
             self._fields[key].append(array)
         named = {f"{group}/{name}": array for (group, name), array in arrays.items()}
-        self._new.append((float(time), checksum(f"{self._frames} {float(time)!r}", named)))
-        self._frames += 1
+        self._take(time, named)
         if commit:
             self.commit()
+
+    def _take(self, time: float, arrays: Mapping[str, np.ndarray]) -> None:
+        """Count a frame at `time` [s] whose arrays are there."""
+        self._new.append((float(time), checksum(f"{self._frames} {float(time)!r}", arrays)))
+        self._frames += 1
 
     def _number(self, count: int) -> None:
         """Write where the fields of the first `count` frames start, also of those that are not there yet."""
@@ -254,13 +279,13 @@ class ResultFile:
             array = np.asarray(array)
             if array.ndim == 0:
                 raise InputError(f"history['{name}']", array, "give an array with one row per step")
-            _store(group, name, array)
+            store(group, name, array)
         self.commit()
 
     def write_attributes(self, attributes: Mapping[str, Any]) -> None:
         """Store `attributes` as JSON in `/tcontact/attributes` (numpy values allowed); replaces the earlier ones."""
         text = json.dumps(dict(attributes), default=_plain).encode()
-        _store(self._file["tcontact"], "attributes", np.frombuffer(text, dtype=np.uint8))
+        store(self._file["tcontact"], "attributes", np.frombuffer(text, dtype=np.uint8))
         self.commit()
 
     def _write_first(self, attributes: Mapping[str, Any]) -> None:
@@ -307,7 +332,7 @@ class ResultFile:
     def __len__(self) -> int:
         return self._frames
 
-    def __enter__(self) -> ResultFile:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -330,7 +355,7 @@ class ResultFile:
                 )
 
 
-def _store(group: h5py.Group, name: str, array: np.ndarray) -> None:
+def store(group: h5py.Group, name: str, array: np.ndarray) -> None:
     """Store an array as a whole with its checksum, in the place of an older one of that name."""
     if name in group and (group[name].shape[1:] != array.shape[1:] or group[name].dtype != array.dtype):
         del group[name]
@@ -345,6 +370,11 @@ def _store(group: h5py.Group, name: str, array: np.ndarray) -> None:
     group[name].attrs[CHECK] = np.uint32(checksum(group[name].name, {"": array}))
 
 
+def column(group: h5py.Group, name: str) -> _Column:
+    """Return an array of whole numbers, one a frame, that grows."""
+    return _Column(group, name, np.int64, (), _STEP_ROWS)
+
+
 class _Column:
     """Dataset that grows along its first axis, through the low-level calls: cheaper than `resize` and slicing."""
 
@@ -356,7 +386,7 @@ class _Column:
             options = {"maxshape": (None, *shape), "chunks": (chunk, *shape), "fletcher32": True}
             dataset = group.create_dataset(name, (0, *shape), dtype, **options)
         self._id = dataset.id
-        self._dtype = dataset.dtype
+        self.dtype = dataset.dtype
         self._rows = len(dataset)
 
     def cut(self, rows: int) -> None:
@@ -365,7 +395,7 @@ class _Column:
         self._rows = rows
 
     def append(self, value: Any) -> None:
-        rows = np.ascontiguousarray(value, dtype=self._dtype).reshape(-1, *self.shape)
+        rows = np.ascontiguousarray(value, dtype=self.dtype).reshape(-1, *self.shape)
         end = self._rows + len(rows)
         self._id.set_extent((end, *self.shape))
         space = self._id.get_space()

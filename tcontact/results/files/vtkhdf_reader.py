@@ -1,12 +1,12 @@
-"""Reader of result files, which tcontact/results/files/vtkhdf.py writes."""
+"""Reader of result files, which tcontact/results/files/vtkhdf.py writes, and of those that show the parts of ranks."""
 
 from __future__ import annotations
 
 import json
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from ...base import validate
 from ...base.errors import InputError
 from ...device.atomic_file import AtomicFile, read_undo
 from ...mesh.elements import ELEMENTS
+from .part_places import FOLDER, PartPlace, joined, joined_mesh, part_path
 
 FORMAT = 2  # format of the group /tcontact; 1 had no checksums
 CHECK = "crc32"  # attribute of an array that is stored as a whole
@@ -50,7 +51,8 @@ class ResultData:
     """A result file, read back: mesh, times and attributes in memory, frames and history on demand.
 
     points [n,3] reference positions [m]; blocks: (kind, connectivity [m,k]); times [frames] [s]; format: of the file, 1
-    = without checksums. What is damaged is refused by name: the mesh, a frame, the history.
+    = without checksums; parts: those of the ranks of a run on several, in their order; place: of a part in the whole.
+    What is damaged is refused by name: the mesh, a frame, the history, a part that is missing.
     """
 
     path: Path
@@ -61,6 +63,8 @@ class ResultData:
     point_fields: tuple[str, ...]
     cell_fields: tuple[str, ...]
     format: int = FORMAT
+    parts: tuple[ResultData, ...] = ()
+    place: PartPlace | None = None
 
     @classmethod
     def open(cls, path: Path | str) -> ResultData:
@@ -75,15 +79,38 @@ class ResultData:
                 attributes = json.loads(text.asstr()[()] if format == 1 else stored(text).tobytes())
                 steps = root["Steps"]
                 times = _times(steps, len(own["frames"]) if format > 1 else None, "reason" in attributes)
-                points, offsets, connectivity, types = (
-                    stored(root[name], format) for name in ("Points", "Offsets", "Connectivity", "Types")
-                )
-                blocks = tuple(_blocks(types, offsets, connectivity))
                 fields = [tuple(n for n in steps[f"{g}Offsets"] if n in root[g]) for g in ("PointData", "CellData")]
+                count = int(own.attrs.get("parts", 0))
+                points, blocks = (np.zeros((0, 3)), ()) if count else _mesh(root, format)
+                place = _place(own["part"]) if "part" in own else None
             except DAMAGED as error:
                 remedy = f"not a result file of tcontact, or damaged ({error}); give a result.vtkhdf that a run wrote"
                 raise InputError("path", str(path), remedy) from error
-        return cls(path, points, blocks, times, attributes, fields[0], fields[1], format)
+        found = cls(path, points, blocks, times, attributes, fields[0], fields[1], format, (), place)
+        return found._with_parts(count) if count else found
+
+    def _with_parts(self, count: int) -> ResultData:
+        """Return the same with the parts of so many ranks, and the mesh that they have together."""
+        parts = []
+        for rank in range(count):
+            path = part_path(self.path, rank)
+            if not path.is_file():
+                found = f"{path} is missing; {self.path.name} shows what is in the {count} files of {FOLDER} beside it"
+                raise InputError("path", str(self.path), f"{found}: move or copy both together, or run again")
+            parts.append(ResultData.open(path))
+        try:
+            points, blocks = joined_mesh([(one._placed, one.points, one.blocks) for one in parts])
+        except DAMAGED as error:
+            remedy = f"{FOLDER} beside it holds parts of another run, or damaged ones ({error}); run again"
+            raise InputError("path", str(self.path), remedy) from error
+        return replace(self, points=points, blocks=blocks, parts=tuple(parts))
+
+    @property
+    def _placed(self) -> PartPlace:
+        """The place of a part in the whole. Raises `ValueError` where the file is no part."""
+        if self.place is None:
+            raise ValueError(f"{self.path.name} is no part")
+        return self.place
 
     def __len__(self) -> int:
         return len(self.times)
@@ -98,9 +125,13 @@ class ResultData:
     @contextmanager
     def opened(self) -> Iterator[Callable[[int], Frame]]:
         """Yield what reads a frame by its number from 0, as `frame` does: the file is opened once for many."""
-        with _opened(self.path) as file:
+        with ExitStack() as files:
+            file = files.enter_context(_opened(self.path))
             try:
-                reader = FrameReader(self, file)
+                reader: FrameReader | JoinedReader = FrameReader(self, file)
+                if self.parts:
+                    several = [FrameReader(part, files.enter_context(_opened(part.path))) for part in self.parts]
+                    reader = JoinedReader(self, file, several)
             except DAMAGED as error:
                 raise InputError("path", str(self.path), f"no frame is whole ({error}); run again") from error
 
@@ -112,7 +143,7 @@ class ResultData:
 
             yield read
 
-    def _damaged(self, reader: FrameReader, index: int, error: Exception) -> str:
+    def _damaged(self, reader: FrameReader | JoinedReader, index: int, error: Exception) -> str:
         """Return what is said of a frame that cannot be read: also which of the others can."""
         spans: list[list[int]] = []
         for other in range(len(self)):
@@ -129,6 +160,19 @@ class ResultData:
             f"frames {whole} are whole: `ResultData.frame` reads them, or run again" if whole else "no frame is whole"
         )
         return f"frame {index} (t = {self.times[index]:.6g} s) is damaged ({error}); {kept}"
+
+    def static_fields(self) -> dict[str, np.ndarray]:
+        """Return the fields [cells] of cells that never change, by name. Raises `InputError` for damaged data."""
+        with _opened(self.path) as file:
+            try:
+                if self.parts:
+                    cells = [part._placed.cells for part in self.parts]
+                    return _joined(cells, [part.static_fields() for part in self.parts])
+                arrays = {name: file["VTKHDF/CellData"][name] for name in self.cell_fields}
+                return {name: stored(one, self.format) for name, one in arrays.items() if one.maxshape[0] is not None}
+            except DAMAGED as error:
+                remedy = f"fields of its cells are damaged ({error}); run again"
+                raise InputError("path", str(self.path), remedy) from error
 
     @property
     def cells(self) -> int:
@@ -159,6 +203,10 @@ class FrameReader:
             places = {name: root[f"Steps/{group}Offsets/{name}"] if moving[name] else None for name in names}
             self._fields[group] = {name: (arrays[name], places[name]) for name in names}
 
+    def check(self, index: int) -> int:
+        """Return the checksum of a frame."""
+        return int(self._checks[index]) if self._checks is not None else 0
+
     def read(self, index: int) -> Frame:
         """Return a frame as it was written."""
         rows = {"PointData": len(self._data.points), "CellData": self._data.cells}
@@ -171,9 +219,34 @@ class FrameReader:
                 else:
                     parts[group][name] = moving[f"{group}/{name}"] = _rows(array, int(place[index]), name, rows[group])
         time = float(self._data.times[index])
-        if self._checks is not None and checksum(f"{index} {time!r}", moving) != int(self._checks[index]):
+        if self._checks is not None and checksum(f"{index} {time!r}", moving) != self.check(index):
             raise ValueError("it is not what was written: its checksum is another one")
         return Frame(time, parts["PointData"], parts["CellData"])
+
+
+class JoinedReader:
+    """Reads the frames of the parts of all ranks as those of one mesh. What is damaged raises one of `DAMAGED`."""
+
+    def __init__(self, data: ResultData, file: h5py.File, parts: list[FrameReader]) -> None:
+        self._data, self._parts, self._checks = data, parts, file["tcontact/frames"]
+
+    def read(self, index: int) -> Frame:
+        """Return a frame as the ranks wrote it, in the user's numbering."""
+        time = float(self._data.times[index])
+        frames = [part.read(index) for part in self._parts]
+        checks = np.array([part.check(index) for part in self._parts], dtype=np.uint32)
+        if checksum(f"{index} {time!r}", {"parts": checks}) != int(self._checks[index]):
+            raise ValueError("its parts are not those of one frame")
+        places = [part._placed for part in self._data.parts]
+        nodes, cells = [place.nodes[: place.owned] for place in places], [place.cells for place in places]
+        pairs = zip(frames, nodes, strict=True)
+        owned = [{name: own[: len(at)] for name, own in frame.point_data.items()} for frame, at in pairs]
+        return Frame(time, _joined(nodes, owned), _joined(cells, [frame.cell_data for frame in frames]))
+
+
+def _joined(numbers: list[np.ndarray], parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Return fields of which every part has the rows of these numbers."""
+    return {name: joined(numbers, [fields[name] for fields in parts]) for name in parts[0]}
 
 
 def checksum(label: str, arrays: Mapping[str, np.ndarray]) -> int:
@@ -192,6 +265,18 @@ def stored(dataset: h5py.Dataset, format: int = FORMAT) -> np.ndarray:
     if format > 1 and checksum(dataset.name, {"": array}) != int(dataset.attrs[CHECK]):
         raise ValueError(f"{dataset.name} is not what was written: its checksum is another one")
     return np.asarray(array)
+
+
+def _mesh(root: h5py.Group, format: int) -> tuple[np.ndarray, tuple[tuple[str, np.ndarray], ...]]:
+    """Return points [n, 3] and blocks of a file that holds them."""
+    names = ("Points", "Offsets", "Connectivity", "Types")
+    points, offsets, connectivity, types = (stored(root[name], format) for name in names)
+    return points, tuple(_blocks(types, offsets, connectivity))
+
+
+def _place(group: h5py.Group) -> PartPlace:
+    """Return the place of a part in the whole."""
+    return PartPlace(stored(group["nodes"]), int(group.attrs["owned"]), stored(group["cells"]))
 
 
 def _times(steps: h5py.Group, frames: int | None, ended: bool) -> np.ndarray:
