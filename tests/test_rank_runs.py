@@ -6,13 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 from rank_scenes import CONTACT_RANKS, REASONS, SCENES
 from test_ranks import HERE, mpiexec, pytestmark  # noqa: F401 - skips these tests where MPI is missing
 
 from tcontact.planning.planning import plan
+from tcontact.results.files.vtkhdf import ResultData
 
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
 CANCEL = {"contact_force": "pair_force:lower-upper", "impulse": "pair_force:lower-upper"}
@@ -127,18 +127,30 @@ def test_momentum_follows_the_impulses_where_a_shared_solve_leaves_forces_unbala
     assert np.abs(momentum - momentum[0] - impulse).max() < 1e-14 * np.abs(momentum).max()
 
 
-@pytest.mark.parametrize("name", ["normal", "metal"])
-def test_the_first_rank_writes_the_files_of_one_rank(alone, together, name):
-    one, several = alone / name, together(2) / name
-    assert sorted(path.name for path in one.iterdir()) == sorted(path.name for path in several.iterdir())
-    with h5py.File(one / "result.vtkhdf") as known, h5py.File(several / "result.vtkhdf") as found:
-        paths = []
-        known.visit(paths.append)
-        for path in paths:
-            column = path.rpartition("/")[2]
-            if column not in NOISE and isinstance(known[path], h5py.Dataset) and known[path].dtype.kind == "f":
-                assert not differs(known[path][()], found[path][()], 1e-6), path
-    assert json.loads((several / "summary.json").read_text(encoding="utf-8"))["ranks"] == 2
+@pytest.mark.parametrize(("count", "name"), CASES)
+def test_the_parts_of_the_ranks_hold_the_frames_of_one(alone, together, count, name):
+    one, several = (ResultData.open(folder / name / "result.vtkhdf") for folder in (alone, together(count)))
+    assert len(several.parts) == count
+    assert np.array_equal(one.points, several.points)
+    for (kind, known), (other, found) in zip(one.blocks, several.blocks, strict=True):
+        assert kind == other
+        assert np.array_equal(known, found)
+    assert np.allclose(one.times, several.times, rtol=1e-12, atol=0.0)
+    with one.opened() as first, several.opened() as second:
+        frames = [(first(index), second(index)) for index in range(len(one))]
+    for group in ("point_data", "cell_data"):
+        for field in getattr(frames[0][0], group):
+            pairs = [(getattr(known, group)[field], getattr(found, group)[field]) for known, found in frames]
+            largest = max(scale(known) for known, _ in pairs)
+            assert not any(differs(known, found, 1e-11, largest) for known, found in pairs), field
+        assert all(getattr(known, group).keys() == getattr(found, group).keys() for known, found in frames)
+
+
+def test_several_ranks_leave_the_files_of_one_and_their_parts(alone, together):
+    one, several = ({path.name for path in (folder / "normal").iterdir()} for folder in (alone, together(2)))
+    assert several - one == {"result-parts"}
+    assert one <= several
+    assert json.loads((together(2) / "normal/summary.json").read_text(encoding="utf-8"))["ranks"] == 2
 
 
 @pytest.mark.parametrize(("count", "name"), [(4, "free"), (2, "walls")])

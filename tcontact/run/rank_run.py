@@ -1,7 +1,7 @@
-"""Simulate a scene on several ranks: every rank steps its part, the first one writes (docs/SCALING.md).
+"""Simulate a scene on several ranks: every rank steps its part and writes the frames of it (docs/SCALING.md).
 
 The first one plans the scene and gives every rank its part (rank_plan.py). All go through the same loop with the same
-rows and take the same decisions. What reads whole bodies, such as frames and the end of the result, the first one does
+rows and take the same decisions. What reads whole bodies, such as looks and the end of the result, the first one does
 alone (rank_lead.py). What fails on one rank alone ends all of them.
 """
 

@@ -128,10 +128,8 @@ class ResultData:
         with ExitStack() as files:
             file = files.enter_context(_opened(self.path))
             try:
-                reader: FrameReader | JoinedReader = FrameReader(self, file)
-                if self.parts:
-                    several = [FrameReader(part, files.enter_context(_opened(part.path))) for part in self.parts]
-                    reader = JoinedReader(self, file, several)
+                parts = [FrameReader(part, files.enter_context(_opened(part.path))) for part in self.parts]
+                reader = JoinedReader(self, file, parts) if parts else FrameReader(self, file)
             except DAMAGED as error:
                 raise InputError("path", str(self.path), f"no frame is whole ({error}); run again") from error
 

@@ -1,0 +1,35 @@
+"""A rank whose disk is full at its second frame: `mpiexec -n P python rank_unwritten.py FOLDER RANK part|file`."""
+
+import errno
+import sys
+import warnings
+
+from rank_scenes import SCENES
+
+import tcontact as tc
+from tcontact.device import ranks
+from tcontact.errors import OutputError
+from tcontact.results.files.master_file import MasterFile
+from tcontact.results.files.part_file import PartFile
+
+
+def main(folder, rank, which):
+    """Fail in the second frame on one rank; every rank prints what it is told."""
+    kind, name = (PartFile, "append") if which == "part" else (MasterFile, "add")
+    original = getattr(kind, name)
+
+    def write(self, *given):
+        if len(self) == 1 and ranks.launched()[1] == int(rank):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return original(self, *given)
+
+    setattr(kind, name, write)
+    warnings.simplefilter("ignore")
+    try:
+        tc.simulate(SCENES["normal"](), out=folder, frames=4, threads=1)
+    except OutputError as error:
+        print(f"told: {error.result.reason}: {error}", flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
