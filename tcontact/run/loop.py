@@ -71,6 +71,7 @@ class Run:
     """A run: bodies, step size, history, course. A checkpoint holds its attributes that change."""
 
     result_type: Any = Result
+    snapshot_type: type[Snapshot] = Snapshot
 
     def __init__(
         self,
@@ -100,9 +101,7 @@ class Run:
             self.warn(text, SlaveWarning)
         stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
         stiffness = None if scheme.implicit else stiffness
-        self.limits = [
-            domain.searches([self._stable_step(view, stiffness) for view in domain.views]) for domain in self.domains
-        ]
+        self.limits = self.searches(stiffness)
         for state, own in zip(self.states, points, strict=bool(points)):
             state.start_points(own)  # the stable step is that of this state
         self.dt_limit = self._limit()
@@ -138,6 +137,12 @@ class Run:
     def moves_finitely(self) -> bool:
         """Return whether all displacements are finite."""
         return all(bool(np.isfinite(arrays.get(domain.u)).all()) for domain in self.domains)
+
+    def searches(self, stiffness: float | None) -> list[Any]:
+        """Make the search for the stable step of every domain; stiffness [N/m^3]: of a penalty on nodes with mass."""
+        return [
+            domain.searches([self._stable_step(view, stiffness) for view in domain.views]) for domain in self.domains
+        ]
 
     def _stable_step(self, view: BodyView, stiffness: float | None) -> StableStep:
         """Return the search for the stable step of a body; stiffness [N/m^3]: of a penalty on nodes with mass."""
@@ -266,7 +271,7 @@ class Run:
 
     def snapshot(self, before: float, after: float) -> Snapshot:
         """Take the state at the present level; before, after [s]: the steps that end and start there."""
-        return Snapshot(self.states, before, after, self.dt, self.scheme.implicit)
+        return self.snapshot_type(self.states, before, after, self.dt, self.scheme.implicit)
 
     def _keep(self, table: np.ndarray | None) -> None:
         """Add rows to the history with the pressures of the row that it keeps; None closes it."""

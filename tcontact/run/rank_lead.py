@@ -8,7 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from ..device.lead import Lead
+from ..results.files.late_fields import Part
 from .guards import Guards, Stop
 from .snapshot import Snapshot
 from .watched import Run
@@ -55,6 +58,31 @@ class RankLooks(Looks):
         if not self.looks:
             return None
         return self.lead.decide(lambda: super(RankLooks, self).take(run, row, time, step))
+
+
+class RankSnapshot(Snapshot):
+    """The state at a level on the first rank, for which every rank keeps the velocity of its nodes before the kick."""
+
+    states: list[Any]
+
+    def _held(self, values: np.ndarray) -> np.ndarray:
+        """Return the values, which are the snapshot's own, as they have been collected."""
+        return values
+
+    def _half(self, state: Any) -> np.ndarray:
+        """Let all ranks keep the velocity of their nodes; return none of it."""
+        state.keep_velocity()
+        return np.zeros((0, 3))
+
+    def _velocity(self, state: Any, old: np.ndarray, massless: np.ndarray | None) -> Part:
+        """Return v^n of a body, which all ranks compute; old: not here."""
+        plan = state.plan
+        if plan.images is not None:
+            return Part("as they are", (state.velocity(state.level_velocity(self.share), massless),))
+        level = state.level_velocity(self.share, True)
+        if massless is not None and plan.contact is not None:
+            level[plan.node_order[plan.contact.nodes]] += massless
+        return Part("as they are", (level,))
 
 
 class Elsewhere(Snapshot):

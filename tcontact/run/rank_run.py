@@ -50,7 +50,7 @@ from .loop import Run
 from .prepared import checkpoint_head, finished_plan, start_layers
 from .progress import ProgressBar
 from .rank_files import RankKeeper, RankRecorder, SilentRecorder, latest_of_all, on_first
-from .rank_lead import Elsewhere, RankGuards, RankLooks
+from .rank_lead import Elsewhere, RankGuards, RankLooks, RankSnapshot
 from .rank_plan import plan_and_parts
 from .rank_recut import other_ranks, restore_parts
 from .recorder import check_folder, make_folder
@@ -101,6 +101,8 @@ class RankRun(Run):
     The plan of ranks other than the first is an outline, and their result has no values of nodes and cells.
     """
 
+    snapshot_type = RankSnapshot
+
     def __init__(self, team: Team, parts: Sequence[DomainPart], *given: Any) -> None:
         self.team, self.parts = team, parts
         super().__init__(*given)
@@ -111,6 +113,12 @@ class RankRun(Run):
         for part in self.parts:
             u, v = ([values[number] for number in part.whole.numbers] for values in (displacement, velocity))
             found.append(RankState(self.scene, part, u, v, self.planned.layout, self.team))
+        return found
+
+    def searches(self, stiffness: float | None) -> list[Any]:
+        """Make the searches for the stable step, the last that needs the cells of whole bodies."""
+        found = super().searches(stiffness)
+        forget_cells(self.planned)
         return found
 
     def _stable_step(self, view: BodyView, stiffness: float | None) -> StableStep:
@@ -159,6 +167,14 @@ class RankRun(Run):
                 value, _, time, _, cell, label = min(known)
                 found[name] = Maximum(-value, time, label, cell)
         return found
+
+
+class RecutRun(RankRun):
+    """`RankRun` that goes on with checkpoints of another number of ranks, for which its plan keeps the cells."""
+
+    def searches(self, stiffness: float | None) -> list[Any]:
+        """Make the searches for the stable step."""
+        return Run.searches(self, stiffness)
 
 
 @contextmanager
@@ -235,8 +251,7 @@ def simulate_on_ranks(
             on_first(team, lambda: make_folder(folder))
             if team.leads:
                 ending.enter_context(locked(folder))
-        run = _made(team, planned, parts, asked)
-        forget_cells(planned)
+        run = _made(RankRun, team, planned, parts, asked)
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
         if said is not None:
             run.warn(said)
@@ -302,10 +317,9 @@ def resume_on_ranks(
         begin = start or ([b.initial_displacement for b in scene.bodies], [b.initial_velocity for b in scene.bodies])
         kept = head["fields"], history, head["pressures"], head["precision"], head.get("contact_ranks")
         asked = Asked(scene, scheme, begin, (), (), 0, *kept)
-        run = _made(team, planned, parts, asked)
+        run = _made(RankRun if before == team.size else RecutRun, team, planned, parts, asked)
         new = contents.prints(run)
         if before == team.size:
-            forget_cells(planned)
             contents.restore(run, stored[0].found, stored[0].values)
         else:
             restore_parts(run, planned, stored, team)  # type: ignore[arg-type]
@@ -329,11 +343,13 @@ def _quiet(team: Team, ending: ExitStack) -> None:
         warnings.simplefilter("ignore")
 
 
-def _made(team: Team, planned: Plan | PlanOutline, parts: list[DomainPart], asked: Asked) -> RankRun:
+def _made(
+    kind: type[RankRun], team: Team, planned: Plan | PlanOutline, parts: list[DomainPart], asked: Asked
+) -> RankRun:
     """Make the run of this rank."""
     scene, (every, most) = asked.scene, asked.history
     given = (scene, planned, asked.scheme, *asked.start, every, asked.pressures, most, asked.points)
-    return RankRun(team, parts, *given)
+    return kind(team, parts, *given)
 
 
 def _recorder(team: Team, folder: Path, run: RankRun, fields: Sequence[str], frames: int | None = None) -> RankRecorder:

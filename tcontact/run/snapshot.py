@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
@@ -22,9 +23,17 @@ class Snapshot:
         self.states = states
         # an implicit scheme has the velocity at the level
         self.share = before / (before + after) if before + after > 0.0 and not whole else 0.0
-        self.moved = [np.array(state.latest()) for state in states]
-        self._halves = [np.array(state.half_step_velocity()) for state in states]
+        self.moved = [self._held(state.latest()) for state in states]
+        self._halves = [self._half(state) for state in states]
         self._massless = [state.massless_velocity(before or dt) for state in states]
+
+    def _held(self, values: np.ndarray) -> np.ndarray:
+        """Return values of the state as they are now, which later steps leave so."""
+        return np.array(values)
+
+    def _half(self, state: BodyView) -> np.ndarray:
+        """Return the velocity of a body before the kick."""
+        return self._held(state.half_step_velocity())
 
     @cached_property
     def displacements(self) -> list[np.ndarray]:
@@ -36,9 +45,13 @@ class Snapshot:
         parts = zip(self.moved, self.states, strict=True)
         return LateField(tuple(Part("renumbered", (moved,), (state.plan.place,)) for moved, state in parts))
 
-    def velocities(self) -> list[np.ndarray]:
-        """Return v^n [n, 3] of every body in the user's numbering."""
-        return [part.values() for part in self.velocity_field().parts]
+    def last_displacements(self) -> Iterator[np.ndarray]:
+        """Yield the displacement [n, 3] [m] of every body in the user's numbering, which the snapshot then forgets."""
+        self.__dict__.pop("displacements", None)
+        for number, state in enumerate(self.states):
+            values = state.plan.to_user(self.moved[number])
+            self.moved[number] = values[:0]
+            yield values
 
     def velocity_field(self) -> LateField:
         """Return v^n [n, 3] of all bodies; its arrays change with the next step."""
@@ -52,4 +65,4 @@ class Snapshot:
             return Part("as they are", (state.velocity(old + self.share * (new - old), massless),))
         if massless is None or plan.contact is None:
             return Part("velocity", (old, new), (plan.place,), (self.share,))
-        return Part("velocity", (old, new, massless), (plan.place, plan.contact.nodes), (self.share,))
+        return Part("velocity", (old, new, massless), (plan.place, plan.node_order[plan.contact.nodes]), (self.share,))

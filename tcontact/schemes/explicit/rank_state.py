@@ -8,7 +8,7 @@ and takes the same decisions. Where several ranks share the contact, they solve 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -68,8 +68,8 @@ class RankState(DomainState):
         self.exchange = self._add
         self._trouble: tuple[int, str] | None = None
         self.counts = team.gathered(np.array(len(part.owned))).astype(np.int64)
-        # of every node of the whole domain among those collected; on the first rank
-        self.place = inverse(team.lead.collected(part.nodes[part.owned], self.counts).astype(np.int64))
+        # numbers in the whole domain of the nodes that each rank owns; on the first rank
+        self.collected = team.lead.collected(part.nodes[part.owned].__getitem__, self.counts).astype(np.int32)
         contact = self.contact
         self.residual_shares = self._shared_contact()
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
@@ -165,9 +165,28 @@ class RankState(DomainState):
         sums = float(energy.sum()), float(lowest.min()), float(rate.max()), float(count.sum())
         return *sums, *(float(one.max()) for one in others)
 
-    def whole(self, values: np.ndarray) -> np.ndarray:
-        """Return values [n, ..] of the nodes of the whole domain on the first rank, and none on the others."""
-        return self.team.lead.collected(values[self.part.owned], self.counts)[self.place]
+    def whole(self, values: np.ndarray | Callable[[np.ndarray], np.ndarray], of_user: bool = False) -> np.ndarray:
+        """Return values of the nodes of the whole domain [n, ..] on the first rank, and none on the others.
+
+        values [n, ..]: of the nodes of this rank, or what gives those of some nodes [k]; of_user: those of a body in
+        the user's numbering.
+        """
+        order = self._order_of_user() if of_user and self.team.leads else None
+        read = values if callable(values) else values.__getitem__
+        places, owned = self.collected, self.part.owned
+
+        def placed(rows: slice) -> np.ndarray:
+            return places[rows] if order is None else order[places[rows]]
+
+        return self.team.lead.collected(lambda rows: read(owned[rows]), self.counts, placed)
+
+    def _order_of_user(self) -> np.ndarray:
+        """Return the node of the user [n] that every node of the whole domain is, one body after another."""
+        whole = self.part.whole
+        if len(whole.bodies) == 1:
+            return np.asarray(whole.bodies[0].node_order)
+        pairs = zip(whole.bodies, whole.node_start, strict=False)
+        return np.concatenate([body.node_order + start for body, start in pairs])
 
     def whole_on_all(self, values: np.ndarray) -> np.ndarray:
         """Return values [n, ..] of the nodes of the whole domain on all ranks."""

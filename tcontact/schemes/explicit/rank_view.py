@@ -20,11 +20,14 @@ from ...device.team import Team
 from ...friction_layer import LayerState
 from ...planning.partition.domain_part import DomainPart
 from ...planning.partition.outline import BodyOutline
+from ...planning.rotation import moves_as_one
 from ...results.smoothness import PressureRecord
 from ...scene.contact_models import MasslessContact
 from ...scene.friction_models import FrictionLayer
 from ...scene.obstacles import Obstacle
 from .body_view import COVERED, BodyView, Stepped
+
+Nodal = np.ndarray | Callable[[np.ndarray], np.ndarray]
 
 
 class Shared(Stepped, Protocol):
@@ -39,7 +42,7 @@ class Shared(Stepped, Protocol):
         """Return values [k, ..] of the contact nodes of the whole domain from those of the ranks that share them."""
         ...
 
-    def whole(self, values: np.ndarray) -> np.ndarray:
+    def whole(self, values: Nodal, of_user: bool = False) -> np.ndarray:
         """Return values [n, ..] of the nodes of the whole domain on the first rank, and none on the others."""
         ...
 
@@ -80,8 +83,14 @@ class RankView(BodyView):
         """Return None: the ranks search the stable step together (`RankSteps`)."""
         return
 
-    def _whole(self, values: arrays.Array) -> np.ndarray:
-        return self.state.whole(arrays.get(values).reshape(-1, 3))[self._nodes]
+    def _whole(self, values: Nodal, of_user: bool = False) -> np.ndarray:
+        """Return the values of the body from those of the nodes of the ranks, in an array of its own.
+
+        values, of_user: as of `RankState.whole`.
+        """
+        found = self.state.whole(values, of_user)
+        own = found[self._nodes]
+        return found if len(own) == len(found) else own.copy()
 
     @property
     def start_velocity(self) -> np.ndarray:
@@ -91,17 +100,39 @@ class RankView(BodyView):
     @collective
     def first_velocity(self) -> np.ndarray:
         """Return `start_velocity`."""
-        return self.state.whole(self.state.start_velocity)[self._nodes]
+        return self._whole(self.state.start_velocity)
+
+    @collective
+    def starts_as_one(self) -> bool:
+        """Return whether all its nodes start with one velocity."""
+        own = np.zeros((0, 3)) if self.own is None else self.own.start_velocity
+        first = own[0] if len(own) else np.zeros(3)
+        found = self.team.gathered(np.array([float(len(own) > 0), float(moves_as_one(own)), *first]))
+        return bool(found[:, 1].all()) and moves_as_one(found[found[:, 0] > 0.0, 2:])
 
     @collective
     def latest(self) -> np.ndarray:
         """Return the present displacement [n, 3] [m], internal numbering."""
-        return self._whole(self.state.u)
+        return self._whole(arrays.get(self.state.u).reshape(-1, 3))
 
     @collective
     def half_step_velocity(self) -> np.ndarray:
         """Return the present velocity [n, 3] of the components with mass, internal numbering."""
-        return self._whole(self.state.v)
+        return self._whole(arrays.get(self.state.v).reshape(-1, 3))
+
+    @collective
+    def keep_velocity(self) -> None:
+        """Let every rank keep the velocity of its nodes before the kick, for `level_velocity`."""
+        self._kept = np.array(arrays.get(self.state.v).reshape(-1, 3))  # a name that checkpoints leave out
+
+    @collective
+    def level_velocity(self, share: float, of_user: bool = False) -> np.ndarray:
+        """Return the velocity [n, 3] of the components with mass at the level.
+
+        share: of the velocity after the kick; the rest is that of `keep_velocity`; of_user: in the user's numbering.
+        """
+        old, new = self._kept, arrays.get(self.state.v).reshape(-1, 3)
+        return self._whole(lambda nodes: old[nodes] + share * (new[nodes] - old[nodes]), of_user)
 
     def massless_velocity(self, dt: float) -> np.ndarray | None:
         """Return the position difference over dt of the massless components [k, 3]; None without any."""
@@ -228,8 +259,8 @@ class RankView(BodyView):
     def _cells(self, own: np.ndarray, numbers: np.ndarray, count: int) -> np.ndarray:
         """Return values [count, ..] of all cells from those of each rank, which have these numbers, else 0."""
         counts = self.team.gathered(np.array(len(numbers))).astype(np.int64)
-        everyone = self.lead.collected(numbers, counts).astype(np.int64)
-        values = self.lead.collected(own, counts)
+        everyone = self.lead.collected(numbers.__getitem__, counts).astype(np.int64)
+        values = self.lead.collected(own.__getitem__, counts)
         result = np.zeros((count if self.team.leads else 0, *own.shape[1:]))
         result[everyone] = values
         return result
