@@ -1,7 +1,8 @@
 """Who has what of a run: `mpiexec -n P python rank_memory.py FOLDER`; the first rank reports.
 
-Ranks other than the first refuse to make all nodes or cells of their box, and to plan: the run ends if they try. With
-"alone" as a second word the last rank asks for the values of all ranks while the others start a run.
+Ranks other than the first refuse to make all nodes or cells of their box, those of the mesh of their part, which their
+plan has, and to plan: the run ends if they try. With "alone" as a second word the last rank asks for the values of all
+ranks while the others start a run.
 """
 
 import sys
@@ -14,6 +15,7 @@ from rank_scenes import block
 import tcontact as tc
 from tcontact.device import ranks
 from tcontact.mesh.box_arrays import BoxMesh
+from tcontact.mesh.ordered_mesh import OrderedMesh
 from tcontact.planning import planning
 
 warnings.simplefilter("ignore")
@@ -22,11 +24,11 @@ first, last = ranks.is_first_rank(), ranks.launched()[1] == ranks.launched()[0] 
 
 def refuse(*_given, **_named):
     """Fail where a rank makes what it shall not have."""
-    raise AssertionError("a rank other than the first has a whole mesh or plan")
+    raise AssertionError("a rank other than the first has a mesh or a whole plan")
 
 
 if not first:
-    BoxMesh.nodes = BoxMesh.cells = property(refuse)
+    BoxMesh.nodes = BoxMesh.cells = OrderedMesh.nodes = OrderedMesh.cells = property(refuse)
     planning._plan_body = refuse
 
 mesh = tc.box_mesh((0.1, 0.08, 0.12), (4, 3, 5)).translated((0.0, 0.0, 1e-4)).with_sets(cell_sets={"low": [0, 1]})

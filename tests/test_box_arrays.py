@@ -37,7 +37,14 @@ def test_a_box_tells_without_arrays_what_its_arrays_tell(kind):
         told = [mesh.nodes_at(chosen), *mesh.bounds, mesh.shortest_edge, mesh.size, mesh.node_count, mesh.cell_count]
         told += [mesh.cell_counts, repr(mesh), mesh.boundary_faces(), mesh.faces_of("ymax"), mesh.nodes_of("zmin")]
         portions = [np.concatenate(list(mesh.portions(name))) for name in ("nodes", "cells")]
+        some = np.array([0, 1, 3, 57, mesh.cell_count - 1])
+        (of_kind, cells), none = mesh.chosen_cells(some)[0], mesh.chosen_cells(some[:0])
+        each = np.concatenate([rows for one, rows in mesh.cell_portions if one == kind])
         assert not made(mesh)
+        assert (of_kind, none) == (kind, ())
+        assert np.array_equal(cells, mesh.cells[some])
+        assert np.array_equal(each, mesh.cells)
+        assert np.array_equal(mesh.chosen_cells(some)[0][1], cells)
         one = plain(mesh)
         known = [one.nodes[chosen], *one.bounds, one.shortest_edge, one.size, one.node_count, one.cell_count]
         known += [one.cell_counts, repr(one), one.boundary_faces(), one.faces_of("ymax"), one.nodes_of("zmin")]

@@ -25,11 +25,11 @@ def test_a_velocity_is_between_two_half_steps_with_the_massless_part_added():
     random = np.random.default_rng(2)
     old, new, massless = random.normal(size=(5, 3)), random.normal(size=(5, 3)), random.normal(size=(2, 3))
     place, nodes = np.array([3, 1, 4, 0, 2]), np.array([4, 0])
-    wanted = 0.75 * old + 0.25 * new
+    wanted = (0.75 * old + 0.25 * new)[place]
     for number, node in enumerate(nodes):
         wanted[node] += massless[number]
     found = Part("velocity", (old, new, massless), (place, nodes), (0.25,)).values()
-    assert found == pytest.approx(np.array([wanted[place[node]] for node in range(5)]), rel=1e-14)
+    assert found == pytest.approx(wanted, rel=1e-14)
     inner = Part("velocity", (old, new), (place,), (1.0,)).values()
     assert inner == pytest.approx(new[place], rel=1e-14)
 

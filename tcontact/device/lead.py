@@ -19,6 +19,9 @@ import numpy as np
 from ..base.errors import FunctionError, InputError, OutputError
 
 Value = TypeVar("Value")
+Rows = Callable[[slice], np.ndarray]
+AT_ONCE = 1 << 15  # rows in a message to the first rank
+ROWS = 5  # tag of messages with rows for the first rank; team.py, roll_call.py and exchange.py have 1 to 4
 
 
 class Lead:
@@ -28,7 +31,8 @@ class Lead:
     """
 
     def __init__(self, comm: Any) -> None:
-        self.comm, self.leads, self.acting = comm, int(comm.Get_rank()) == 0, False
+        self.comm, self.rank, self.acting = comm, int(comm.Get_rank()), False
+        self.leads = self.rank == 0
         self._known: dict[int, Any] = {}  # by numbers, the same on all ranks
 
     def register(self, thing: Any) -> int:
@@ -88,16 +92,31 @@ class Lead:
         finally:
             self.acting = acting
 
-    def collected(self, values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    def collected(self, read: Rows, counts: np.ndarray, placed: Callable[[slice], Any] = lambda at: at) -> np.ndarray:
         """Return the rows of all ranks on the first one, one rank after the other, and no rows on the others.
 
-        counts [ranks]: number of rows of each.
+        read: gives some rows of this rank; counts [ranks]: number of rows of each; placed: gives the places in the
+        result of some rows as they come. They come in portions, for which there is room beside the result.
         """
-        own = np.ascontiguousarray(values, dtype=np.float64)
-        found = np.empty((int(counts.sum()) if self.leads else 0, *own.shape[1:]))
-        width = int(np.prod(own.shape[1:], dtype=np.int64))
-        self.comm.Gatherv(own, [found, [int(count) * width for count in counts]] if self.leads else None)
+        width = read(slice(0, 0)).shape[1:]
+        if not self.leads:
+            for rows in _portions(int(counts[self.rank])):
+                self.comm.Send(np.ascontiguousarray(read(rows), dtype=np.float64), dest=0, tag=ROWS)
+            return np.empty((0, *width))
+        found, room, start = np.empty((int(counts.sum()), *width)), np.empty((AT_ONCE, *width)), 0
+        for rank, count in enumerate(counts.tolist()):
+            for rows in _portions(count):
+                own = read(rows) if rank == self.rank else room[: rows.stop - rows.start]
+                if rank != self.rank:
+                    self.comm.Recv(own, source=rank, tag=ROWS)
+                found[placed(slice(start + rows.start, start + rows.stop))] = own
+            start += count
         return found
+
+
+def _portions(count: int) -> Iterator[slice]:
+    """Yield the rows of a message each."""
+    return (slice(first, min(first + AT_ONCE, count)) for first in range(0, count, AT_ONCE))
 
 
 def collective(method: Callable[..., Any]) -> Callable[..., Any]:

@@ -13,14 +13,14 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..base.errors import InputError
-from . import ranks
+from . import parcel, ranks
 from .exchange import Exchange, Handover
 from .last_words import PATIENCE
 from .lead import Lead
 from .roll_call import FAILS, STARTS, answers
 
 Value = TypeVar("Value")
-SHARES, PIECES = 4, 5  # tags of messages that share something out or put it together; others have 1 to 3
+SHARES = 4  # tag of the messages that share something out; roll_call.py and exchange.py have 1 to 3, lead.py has 5
 
 
 def team(comm: Any = None, word: str = STARTS) -> Team | None:
@@ -104,11 +104,11 @@ class Team:
 
     def send_share(self, rank: int, share: Any) -> None:
         """Send something from the first rank to another one, which takes it with `received_share`."""
-        self.comm.send(share, dest=rank, tag=SHARES)
+        parcel.send(self.comm, share, rank, SHARES)
 
     def received_share(self) -> Any:
         """Return what the first rank sends to this one."""
-        return self.comm.recv(source=0, tag=SHARES)
+        return parcel.receive(self.comm, 0, SHARES)
 
     def shared_out(self, values: np.ndarray | None, rows: np.ndarray) -> np.ndarray:
         """Return the rows [k] of this rank of values [n, ..] that the first rank has, one rank after the other."""
@@ -120,18 +120,6 @@ class Team:
         for rank in range(1, self.size):
             self.send_share(rank, values[wanted[rank]])
         return values[rows]
-
-    def put_together(self, numbers: np.ndarray, values: np.ndarray, count: int) -> np.ndarray | None:
-        """Return on the first rank values [count, ..], of which every rank gives those of these numbers; else None."""
-        if not self.leads:
-            self.comm.send((numbers, values), dest=0, tag=PIECES)
-            return None
-        result = np.empty((count, *values.shape[1:]), dtype=values.dtype)
-        result[numbers] = values
-        for rank in range(1, self.size):
-            at, own = self.comm.recv(source=rank, tag=PIECES)
-            result[at] = own
-        return result
 
     def total(self, value: float) -> float:
         """Return the sum of a number over the ranks, in their order."""

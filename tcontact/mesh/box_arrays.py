@@ -6,24 +6,26 @@ and each is cut alike into the cells of a kind. A layer of hexahedra along z nee
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.validate import number, vector
 from . import checks
 from .elements import ELEMENTS
-from .geometry import FloatArray, IntArray, Surface, chunks_of, face_keys, shortest_edge, skin_of
-from .mesh import Mesh, contents
+from .geometry import Blocks, FloatArray, IntArray, Surface, chunks_of, face_keys, shortest_edge, skin_of
+from .late_mesh import LateMesh
+from .mesh import Mesh
 from .rotation import rotation_matrix
 
 Lines = tuple[FloatArray, FloatArray, FloatArray]
 AT_ONCE = 4096  # hexahedra of the surface in a portion
 
 
-class BoxMesh(Mesh):
+class BoxMesh(LateMesh):
     """A `Mesh` of a box; lines: coordinates [nx + 1], [ny + 1], [nz + 1] [m] along x, y and z.
 
     Arrays of all nodes or cells are made where they are first read, and kept; `node_count`, `cell_counts`, `bounds`,
@@ -31,10 +33,6 @@ class BoxMesh(Mesh):
     """
 
     lines: Lines
-
-    def __new__(cls, *arrays: Any, **named: Any) -> Any:
-        """Make a `Mesh` of arrays, as of a box with some of them replaced."""
-        return Mesh(*arrays, **named)
 
     @classmethod
     def of(cls, lines: Lines, kind: str) -> BoxMesh:
@@ -47,11 +45,7 @@ class BoxMesh(Mesh):
     def _made(cls, lines: Lines, kind: str, nodes: Any, faces: Any, cells: Any, skin: Surface) -> BoxMesh:
         for array in (*lines, *nodes.values(), *faces.values(), *cells.values()):
             checks.read_only(array)
-        mesh = object.__new__(cls)
-        known = contents(np.zeros((0, 3)), np.zeros((0, 0), dtype=np.int64), kind, nodes, faces, cells)
-        del known["nodes"], known["cells"]
-        mesh.__dict__.update(known, lines=lines, _surface=skin)
-        return mesh
+        return cls._without_arrays(kind, nodes, faces, cells, lines=lines, _surface=skin)
 
     @property
     def counts(self) -> tuple[int, int, int]:
@@ -73,11 +67,6 @@ class BoxMesh(Mesh):
         if isinstance(other, BoxMesh):
             return (self.kind, self.counts) == (other.kind, other.counts)
         return super().has_cells_of(other)
-
-    def release(self) -> None:
-        """Forget arrays of all nodes or cells, which are made again where they are read."""
-        for name in ("nodes", "cells", "blocks", "_volumes"):
-            self.__dict__.pop(name, None)
 
     @property
     def node_count(self) -> int:
@@ -123,12 +112,31 @@ class BoxMesh(Mesh):
         if name in self.__dict__:
             yield self.__dict__[name]
             return
-        for layer, (nodes, cells) in enumerate(self.layers()):
-            width = len(nodes) // 2
-            if name == "cells":
-                yield cells + layer * width
-            else:
-                yield nodes if layer == self.counts[2] - 1 else nodes[:width]
+        nx, ny, nz = self.counts
+        if name == "nodes":
+            for layer in range(nz + 1):
+                yield self._layers(layer, layer + 1)
+            return
+        cells = _cells(self.kind, self.counts, np.arange(nx * ny))
+        for layer in range(nz):
+            yield cells + layer * (nx + 1) * (ny + 1)
+
+    @property
+    def cell_portions(self) -> Iterable[tuple[str, IntArray]]:
+        """Kinds of cells, each with the nodes [k, corners] of a portion of them, see `Mesh.cell_portions`."""
+        return self.blocks if "cells" in self.__dict__ else _Portions(self)
+
+    def chosen_cells(self, numbers: NDArray[np.integer]) -> Blocks:
+        """Return kinds of cells with the nodes of those of these numbers, ascending, see `Mesh.chosen_cells`."""
+        if "cells" in self.__dict__:
+            return super().chosen_cells(numbers)
+        if not len(numbers):
+            return ()
+        several = len(ELEMENTS[self.kind].in_box)
+        rows = _cells(self.kind, self.counts, numbers // several)
+        if several > 1:
+            rows = rows.reshape(len(numbers), several, -1)[np.arange(len(numbers)), numbers % several]
+        return ((self.kind, rows),)
 
     def translated(self, offset: Any) -> Mesh:
         """Return the mesh moved by `offset` [m], three numbers."""
@@ -166,13 +174,23 @@ class BoxMesh(Mesh):
         return _again, (self.lines, self.kind, *sets)
 
 
+class _Portions:
+    """The cells of a box, a layer at a time, as often as they are asked for."""
+
+    def __init__(self, mesh: BoxMesh) -> None:
+        self.mesh = mesh
+
+    def __iter__(self) -> Iterator[tuple[str, IntArray]]:
+        return ((self.mesh.kind, rows) for rows in self.mesh.portions("cells"))
+
+
 def _again(
     lines: Lines, kind: str, nodes: Mapping[str, Any], faces: Mapping[str, Any], cells: Mapping[str, Any]
 ) -> Mesh:
     return BoxMesh.of(lines, kind)._with(nodes, faces, cells)
 
 
-def _cells(kind: str, counts: tuple[int, ...], hexes: IntArray) -> IntArray:
+def _cells(kind: str, counts: tuple[int, ...], hexes: NDArray[np.integer]) -> IntArray:
     """Return the cells [m, corners] of some hexahedra, hexahedron after hexahedron, each cut alike."""
     nx, ny, _ = counts
     row, layer = nx + 1, (nx + 1) * (ny + 1)
@@ -180,7 +198,7 @@ def _cells(kind: str, counts: tuple[int, ...], hexes: IntArray) -> IntArray:
     offsets = np.concatenate([bottom, bottom + layer])[np.array(ELEMENTS[kind].in_box)].reshape(-1)
     cells = np.empty((len(hexes), len(offsets)), dtype=np.int64)
     for part in chunks_of(len(hexes)):
-        rest, i = np.divmod(hexes[part], nx)
+        rest, i = np.divmod(hexes[part].astype(np.int64, copy=False), nx)
         k, j = np.divmod(rest, ny)
         np.add((i + row * j + layer * k)[:, None], offsets, out=cells[part])
     return cells.reshape(-1, ELEMENTS[kind].corners)

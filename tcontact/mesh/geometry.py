@@ -188,13 +188,13 @@ def cracks(skin: Surface, node_count: int) -> IntArray:
 
 def cell_face_keys(cells: IntArray, kind: str, node_count: int) -> KeyArray:
     """Return keys of all faces of all cells [m * faces per cell], cell by cell."""
-    marks = _node_marks(node_count)
+    marks = _node_marks(node_count).__getitem__ if cells.size > node_count else _marks
     faces = ELEMENTS[kind].faces
     keys = np.empty((len(cells), len(faces)), dtype=np.uint64)
     for f, face in enumerate(faces):
-        keys[:, f] = marks[cells[:, face[0]]]
+        keys[:, f] = marks(cells[:, face[0]])
         for corner in face[1:]:
-            keys[:, f] += marks[cells[:, corner]]
+            keys[:, f] += marks(cells[:, corner])
     return keys.reshape(-1)
 
 

@@ -15,7 +15,7 @@ from ..base.errors import InputError, hint
 from ..base.validate import number, vector
 from . import checks
 from .elements import ELEMENTS, MIXED, Element
-from .geometry import FloatArray, IntArray, Surface, cell_volumes, shortest_edge, surface
+from .geometry import Blocks, FloatArray, IntArray, Surface, cell_volumes, shortest_edge, surface
 from .mixed_cells import in_rows, out_of_rows, repeats
 from .parts import part_of
 from .rotation import rotation_matrix
@@ -168,6 +168,22 @@ class Mesh:
         """Yield the rows of "nodes" or "cells" in portions, as they are best read one after the other."""
         yield getattr(self, name)
 
+    @property
+    def cell_portions(self) -> Iterable[tuple[str, IntArray]]:
+        """Kinds of cells, each with the nodes [k, corners] of a portion of them, in the order of the cell numbers."""
+        return self.blocks
+
+    def chosen_cells(self, numbers: npt.NDArray[np.integer]) -> Blocks:
+        """Return kinds of cells, each with the nodes [k, corners] of those of these numbers, ascending; none without
+        any."""
+        found, first = [], 0
+        for kind, rows in self.blocks:
+            mine = numbers[(numbers >= first) & (numbers < first + len(rows))] - first
+            first += len(rows)
+            if len(mine):
+                found.append((kind, rows[mine]))
+        return tuple(found)
+
     def has_cells_of(self, other: Mesh) -> bool:
         """Return whether another mesh has the same cells, with the same nodes."""
         return self is other or np.array_equal(self.cells, other.cells)
@@ -235,7 +251,7 @@ class Mesh:
         known = f"use one of the cell sets of this mesh: {', '.join(self.cell_sets) or 'it has none'}"
         cells = [self.cell_sets[name] for name in self._known(names, list(self.cell_sets), known)]
         sets = self.node_sets, self.face_sets, self.cell_sets
-        return Mesh(**part_of(self.nodes, self.blocks, *sets, np.unique(np.concatenate(cells))))
+        return Mesh(**part_of(self, *sets, np.unique(np.concatenate(cells))))
 
     def translated(self, offset: Any) -> Mesh:
         """Return the mesh moved by `offset` [m], three numbers."""

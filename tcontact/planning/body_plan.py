@@ -16,6 +16,7 @@ from ..scene.friction_models import Coulomb, FrictionLayer, FrictionTable, Regul
 from ..scene.periodic import Images
 from .cell_shapes import variant
 from .contact_graph import ContactGraph, residual_receivers
+from .node_order import inverse
 from .rigid import RigidPlan
 
 # largest number of cells that one thread does alone; a domain of so few takes many steps per launch (domain.py)
@@ -135,7 +136,7 @@ class BodyPlan:
     @cached_property
     def place(self) -> np.ndarray:
         """Internal number [n] of every node of the user."""
-        return np.argsort(self.node_order)
+        return inverse(self.node_order)
 
     def to_user(self, values: np.ndarray) -> np.ndarray:
         """Return a copy of values [n, ...] of the nodes in the user's numbering."""
@@ -160,8 +161,8 @@ class BodyPlan:
         graph = None if self.contact is None else self.contact.graph
         touching = np.zeros(0, dtype=np.int64) if graph is None else graph.cells
         for own in self.body.blocks:
-            last = first + len(own.cells)
-            cells = self.cells[first:last, : own.cells.shape[1]]
+            last = first + own.count
+            cells = self.cells[first:last, : own.facts.corners]
             contact = touching[(touching >= first) & (touching < last)] - first
             found.append(PlanBlock(own, first, cells, contact, variant(own.element, self.reference, cells)))
             first = last

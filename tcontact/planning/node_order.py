@@ -52,7 +52,7 @@ def inverse(order: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def renumbered(
-    place: NDArray[np.int64], cells: NDArray[np.integer], order: NDArray[np.int64] | None = None
+    place: NDArray[np.int64], cells: NDArray[np.integer], order: NDArray[np.integer] | None = None
 ) -> NDArray[np.int32]:
     """Return the cells [m, corners] with nodes by their places [n], those of `order` in that order, in 32 bits."""
     result = np.empty((len(cells if order is None else order), cells.shape[1]), dtype=np.int32)

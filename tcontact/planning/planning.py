@@ -189,7 +189,7 @@ def _by_blocks(body: Body, order: np.ndarray, place: np.ndarray) -> np.ndarray:
         order = order[np.argsort(rank[order], kind="stable")]
     first = 0
     for block in body.blocks:
-        own = order[first : first + len(block.cells)]
+        own = order[first : first + block.count]
         if block.kind == "tet4":
             own[:] = own[lanes_apart(place[mesh.cells[own, : block.facts.corners]])]
         first += len(own)

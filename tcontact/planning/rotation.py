@@ -22,7 +22,7 @@ def spin(body: Body, velocity: np.ndarray, nodes: np.ndarray, mass: np.ndarray |
 
     mass [n] [kg]: lumped mass of its nodes where it is known, else it is computed.
     """
-    if (velocity == velocity[:1]).all():
+    if moves_as_one(velocity):
         return np.zeros(3)
     mass = NodeMasses(body).total if mass is None else mass
     arm = nodes - (mass @ nodes) / mass.sum()
@@ -36,10 +36,16 @@ def spin(body: Body, velocity: np.ndarray, nodes: np.ndarray, mass: np.ndarray |
     return np.asarray((free @ motion)[3:] / size)
 
 
-def turns_freely(body: Body, nodes: np.ndarray) -> bool:
-    """Return whether the supports and the periodic directions of a body leave it a rotation; nodes [n, 3] [m]."""
-    if body.images is None and np.isnan(body.prescribed).all():
+def moves_as_one(velocity: np.ndarray) -> bool:
+    """Return whether all nodes have one velocity [n, 3]."""
+    return bool((velocity == velocity[:1]).all())
+
+
+def turns_freely(body: Body) -> bool:
+    """Return whether the supports and the periodic directions of a body leave it a rotation at the start."""
+    if body.images is None and (not body.supports or np.isnan(body.prescribed).all()):
         return True
+    nodes = body.initial_nodes
     arm = nodes - nodes.mean(axis=0)
     free = _free_motions(body, arm / float(np.abs(arm).max()))
     return bool((np.abs(free[3:]) > 1e-6).any())

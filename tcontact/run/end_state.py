@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..cells.point_state import has_state, metal_fields
+from ..results.files.late_fields import joined
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
 from .snapshot import Snapshot
@@ -15,23 +16,22 @@ from .snapshot import Snapshot
 def end_state(scene: Scene, states: list[BodyView], last: Snapshot) -> dict[str, Any]:
     """Return the fields of the result with values of nodes and cells; last: the state at the end."""
     return {
-        "position": _positions(scene, last.displacements),
-        "velocity": np.concatenate(last.velocities()),
-        "contact_node_force": np.concatenate([state.contact_force() for state in states]),
+        "position": _positions(scene, last),
+        "velocity": last.velocity_field().values(),
+        "contact_node_force": joined([state.contact_force() for state in states]),
         "layers": tuple(state.layers() for state in states),
         "metals": metal_fields(states) if scene.plastic else {},
         "points": tuple(state.points() for state in states) if has_state(scene) else (),
     }
 
 
-def _positions(scene: Scene, displacements: list[np.ndarray]) -> np.ndarray:
-    """Return the positions [n, 3] [m] of the nodes of all bodies; displacements [m]: of each."""
-    result, start = np.empty((sum(map(len, displacements)), 3)), 0
-    for body, displacement in zip(scene.bodies, displacements, strict=True):
+def _positions(scene: Scene, last: Snapshot) -> np.ndarray:
+    """Return the positions [n, 3] [m] of the nodes of all bodies; last: the state, which forgets its displacements."""
+    found = []
+    for body, places in zip(scene.bodies, last.last_displacements(), strict=True):
         first = 0
         for nodes in body.mesh.portions("nodes"):
-            last = first + len(nodes)
-            np.add(nodes, displacement[first:last], out=result[start + first : start + last])
-            first = last
-        start += first
-    return result
+            places[first : first + len(nodes)] += nodes
+            first += len(nodes)
+        found.append(places)
+    return joined(found)

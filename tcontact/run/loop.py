@@ -100,9 +100,7 @@ class Run:
             self.warn(text, SlaveWarning)
         stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
         stiffness = None if scheme.implicit else stiffness
-        self.limits = [
-            domain.searches([self._stable_step(view, stiffness) for view in domain.views]) for domain in self.domains
-        ]
+        self.limits = self.searches(stiffness)
         for state, own in zip(self.states, points, strict=bool(points)):
             state.start_points(own)  # the stable step is that of this state
         self.dt_limit = self._limit()
@@ -138,6 +136,12 @@ class Run:
     def moves_finitely(self) -> bool:
         """Return whether all displacements are finite."""
         return all(bool(np.isfinite(arrays.get(domain.u)).all()) for domain in self.domains)
+
+    def searches(self, stiffness: float | None) -> list[Any]:
+        """Make the search for the stable step of every domain; stiffness [N/m^3]: of a penalty on nodes with mass."""
+        return [
+            domain.searches([self._stable_step(view, stiffness) for view in domain.views]) for domain in self.domains
+        ]
 
     def _stable_step(self, view: BodyView, stiffness: float | None) -> StableStep:
         """Return the search for the stable step of a body; stiffness [N/m^3]: of a penalty on nodes with mass."""

@@ -117,6 +117,12 @@ class RankRun(Run):
             found.append(RankState(self.scene, part, u, v, self.planned.layout, self.team))
         return found
 
+    def searches(self, stiffness: float | None) -> list[Any]:
+        """Make the searches for the stable step, the last that needs the cells of whole bodies."""
+        found = super().searches(stiffness)
+        forget_cells(self.planned)
+        return found
+
     def _stable_step(self, view: BodyView, stiffness: float | None) -> StableStep:
         """Return the search for the stable step of a body, None on the ranks that do not have its plan."""
         return super()._stable_step(view, stiffness) if self.team.leads else None  # type: ignore[return-value]
@@ -179,6 +185,14 @@ class RankRun(Run):
                 value, _, time, _, cell, label = min(known)
                 found[name] = Maximum(-value, time, label, cell)
         return found
+
+
+class RecutRun(RankRun):
+    """`RankRun` that goes on with checkpoints of another number of ranks, for which its plan keeps the cells."""
+
+    def searches(self, stiffness: float | None) -> list[Any]:
+        """Make the searches for the stable step."""
+        return Run.searches(self, stiffness)
 
 
 @contextmanager
@@ -255,8 +269,7 @@ def simulate_on_ranks(
             on_first(team, lambda: make_folder(folder))
             if team.leads:
                 ending.enter_context(locked(folder))
-        run = _made(team, planned, parts, asked)
-        forget_cells(planned)
+        run = _made(RankRun, team, planned, parts, asked)
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
         if said is not None:
             run.warn(said)
@@ -322,10 +335,9 @@ def resume_on_ranks(
         begin = start or ([b.initial_displacement for b in scene.bodies], [b.initial_velocity for b in scene.bodies])
         kept = head["fields"], history, head["pressures"], head["precision"], head.get("contact_ranks")
         asked = Asked(scene, scheme, begin, (), (), 0, *kept)
-        run = _made(team, planned, parts, asked)
+        run = _made(RankRun if before == team.size else RecutRun, team, planned, parts, asked)
         new = contents.prints(run)
         if before == team.size:
-            forget_cells(planned)
             contents.restore(run, stored[0].found, stored[0].values)
         else:
             restore_parts(run, planned, stored, team)  # type: ignore[arg-type]
@@ -349,11 +361,13 @@ def _quiet(team: Team, ending: ExitStack) -> None:
         warnings.simplefilter("ignore")
 
 
-def _made(team: Team, planned: Plan | PlanOutline, parts: list[DomainPart], asked: Asked) -> RankRun:
+def _made(
+    kind: type[RankRun], team: Team, planned: Plan | PlanOutline, parts: list[DomainPart], asked: Asked
+) -> RankRun:
     """Make the run of this rank."""
     scene, (every, most) = asked.scene, asked.history
     given = (scene, planned, asked.scheme, *asked.start, every, asked.pressures, most, asked.points)
-    return RankRun(team, parts, *given)
+    return kind(team, parts, *given)
 
 
 def _recorder(

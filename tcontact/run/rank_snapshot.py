@@ -5,7 +5,7 @@ Frames do not need it where each rank writes its part (part_recorder.py).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -29,13 +29,14 @@ class WholeSnapshot(Snapshot):
         """Return the displacement [n, 3] [m] of every body in the numbering of its plan."""
         return [moved[state.plan.node_order] for moved, state in zip(self.displacements, self.states, strict=True)]
 
+    def last_displacements(self) -> Iterator[np.ndarray]:
+        """Yield the displacement [n, 3] [m] of every body, which the snapshot then forgets."""
+        while self.displacements:
+            yield self.displacements.pop(0)
+
     def displacement_field(self) -> LateField:
         """Return the displacement [n, 3] [m] of all bodies."""
         return _field(self.displacements)
-
-    def velocities(self) -> list[np.ndarray]:
-        """Return v^n [n, 3] of every body in the user's numbering."""
-        return self._velocities
 
     def velocity_field(self) -> LateField:
         """Return v^n [n, 3] of all bodies."""
@@ -50,21 +51,21 @@ def whole_snapshot(
     states: views of all bodies; parts: of the bodies of which this rank has nodes, by their number; own: their state.
     """
     starts = np.cumsum([0, *(state.plan.node_count for state in states)])
-    mine = [one.part.owner == team.rank for _, one in parts]
+    mine = [np.flatnonzero(one.part.owner == team.rank) for _, one in parts]
     none = np.zeros(0, dtype=np.int64)
     pairs = zip(parts, mine, strict=True)
     numbers = np.concatenate([none, *(starts[number] + one.part.nodes[owned] for (number, one), owned in pairs)])
+    counts = team.gathered(np.array(len(numbers))).astype(np.int64)
+    everyone = team.lead.collected(numbers.__getitem__, counts).astype(np.int32)
 
-    def whole(values: list[np.ndarray]) -> list[np.ndarray] | None:
+    def whole(values: list[np.ndarray]) -> list[np.ndarray]:
         rows = np.concatenate([np.zeros((0, 3)), *(part[owned] for part, owned in zip(values, mine, strict=True))])
-        found = team.put_together(numbers, rows, int(starts[-1]))
-        return None if found is None else np.split(found, starts[1:-1])
+        found = team.lead.collected(rows.__getitem__, counts, everyone.__getitem__)
+        return np.split(found, starts[1:-1])
 
     displacements = whole(own.displacements)
-    velocities = whole(own.velocities())
-    if displacements is None or velocities is None:
-        return None
-    return WholeSnapshot(states, displacements, velocities)
+    velocities = whole([part.values() for part in own.velocity_field().parts])
+    return WholeSnapshot(states, displacements, velocities) if team.leads else None
 
 
 def _field(values: Sequence[np.ndarray]) -> LateField:

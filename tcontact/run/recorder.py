@@ -16,7 +16,7 @@ from ..cells.point_state import has_state, metal_field
 from ..cells.stress import VonMises
 from ..results.files.frame_process import FrameProcess
 from ..results.files.joined_file import join_parts
-from ..results.files.late_fields import LateField, whole
+from ..results.files.late_fields import LateField, joined, whole
 from ..results.files.vtkhdf import ResultData, ResultFile
 from ..results.frame_fields import FRICTION, LAYERS, METAL, STRESS, frame_size
 from ..scene.obstacles.description import describe
@@ -170,10 +170,10 @@ class Recorder:
             nodal |= {name: contact[name] for name in CONTACT if name in self.fields}
         if not LAYERS.keys().isdisjoint(self.fields):
             layers = [state.layer_fields() for state in self.states]
-            nodal |= {name: _joined([one[name] for one in layers]) for name in layers[0] if name in self.fields}
+            nodal |= {name: joined([one[name] for one in layers]) for name in layers[0] if name in self.fields}
         if not FRICTION.keys().isdisjoint(self.fields):
             rubbed = [state.friction_fields() for state in self.states]
-            nodal |= {name: _joined([one[name] for one in rubbed]) for name in FRICTION if name in self.fields}
+            nodal |= {name: joined([one[name] for one in rubbed]) for name in FRICTION if name in self.fields}
         cellwise = {}
         kept: list[np.ndarray | None] = [None] * len(self._celled)
         if self._stateful:
@@ -181,15 +181,15 @@ class Recorder:
         if self.stress:
             moved = [snapshot.moved[number] for number in self._celled]
             parts = zip(self.stress, moved, kept, strict=True)
-            cellwise["von_mises"] = _joined([of(part, state) for of, part, state in parts])
+            cellwise["von_mises"] = joined([of(part, state) for of, part, state in parts])
         if self.whole_stress:
             shapes = [snapshot.displacements[number] for number in self._celled]
             own = zip(self.whole_stress, shapes, kept, strict=True)
-            cellwise["pressure"] = _joined([pressure_of(of(part[None], state)[0]) for of, part, state in own])
+            cellwise["pressure"] = joined([pressure_of(of(part[None], state)[0]) for of, part, state in own])
         for name in METAL:
             if name in self.fields:
                 values = zip(self._with_cells, kept, strict=True)
-                cellwise[name] = _joined([metal_field(state.plan.body, name, one) for state, one in values])
+                cellwise[name] = joined([metal_field(state.plan.body, name, one) for state, one in values])
         try:
             self._append(time, nodal, cellwise)
         except OSError as error:
@@ -255,8 +255,3 @@ def unwritten(folder: Path, what: str, kept: str, error: OSError) -> OutputError
         return OutputError(f"{folder / FILE}: {text}")
     go_on = f"then `tcontact resume {folder}`" if any((folder / name).exists() for name in CHECKPOINTS) else "run again"
     return OutputError(f"{folder / FILE}: {what} cannot be written ({error.strerror}); {kept} kept; make room, {go_on}")
-
-
-def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    """Concatenate values of all bodies; no copy for one body."""
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)

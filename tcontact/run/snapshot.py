@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
@@ -36,9 +37,13 @@ class Snapshot:
         parts = zip(self.moved, self.states, strict=True)
         return LateField(tuple(Part("renumbered", (moved,), (state.plan.place,)) for moved, state in parts))
 
-    def velocities(self) -> list[np.ndarray]:
-        """Return v^n [n, 3] of every body in the user's numbering."""
-        return [part.values() for part in self.velocity_field().parts]
+    def last_displacements(self) -> Iterator[np.ndarray]:
+        """Yield the displacement [n, 3] [m] of every body in the user's numbering, which the snapshot then forgets."""
+        self.__dict__.pop("displacements", None)
+        for number, state in enumerate(self.states):
+            values = state.plan.to_user(self.moved[number])
+            self.moved[number] = values[:0]
+            yield values
 
     def velocity_field(self) -> LateField:
         """Return v^n [n, 3] of all bodies; its arrays change with the next step."""
@@ -52,4 +57,4 @@ class Snapshot:
             return Part("as they are", (state.velocity(old + self.share * (new - old), massless),))
         if massless is None or plan.contact is None:
             return Part("velocity", (old, new), (plan.place,), (self.share,))
-        return Part("velocity", (old, new, massless), (plan.place, plan.contact.nodes), (self.share,))
+        return Part("velocity", (old, new, massless), (plan.place, plan.node_order[plan.contact.nodes]), (self.share,))

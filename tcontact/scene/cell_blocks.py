@@ -40,6 +40,11 @@ class BodyBlock:
         """The nodes [m, corners] of its cells."""
         return self._region if self.region is not None else dict(self.mesh.blocks)[self.kind]
 
+    @property
+    def count(self) -> int:
+        """Number of its cells."""
+        return self.numbers.stop - self.numbers.start if isinstance(self.numbers, slice) else len(self.numbers)
+
     @cached_property
     def _region(self) -> np.ndarray:
         first = 0

@@ -19,6 +19,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..base.errors import FunctionError
+from ..mesh.geometry import chunks_of
 from .body import Body
 from .obstacles import Obstacle
 from .obstacles.motion import Rate
@@ -27,6 +28,7 @@ SLACK = 1.5  # factor on the distance, for waves that add to the speed of the bo
 FACING = -1e-6  # cosine below which a face does not face the obstacle
 SAMPLES = 257  # samples of a function of time
 FEWER = 32  # one in so many of them for an own force, which may be slow
+AT_ONCE = 1 << 14  # nodes in a portion
 OUT_OF_REACH = 10.0  # times the distance that a node can cover
 
 
@@ -59,13 +61,20 @@ def _meets(body: Body, faces: np.ndarray, obstacle: Obstacle, duration: float, g
     across = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
     outward = across / np.linalg.norm(across, axis=1).clip(1e-300)[:, None]
     facing = np.einsum("ni,ni->n", outward, obstacle.normal_at(centre)) < FACING
-    speed = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + body.driven_speed(duration)
+    speed = _longest(body.initial_velocity) + body.driven_speed(duration)
     fall = gravity * duration + speed_by_loads(body, duration)
     positions = body.initial_nodes if obstacle.moves else np.zeros((0, 3))
     way = SLACK * (speed + fall + _speed(obstacle, positions, duration)) * duration
-    shift = float(np.linalg.norm(body.initial_displacement, axis=1).max())
+    shift = _longest(body.initial_displacement)
     close = obstacle.gap(centre) - radius <= way + shift + body.mesh.shortest_edge
     return np.asarray(facing & close)
+
+
+def _longest(vectors: np.ndarray, origin: np.ndarray | float = 0.0) -> float:
+    """Return the largest distance of vectors [n, 3] from an origin [3], of which all may be one (a stride of 0)."""
+    vectors = vectors[:1] if vectors.strides[0] == 0 else vectors
+    parts = chunks_of(len(vectors), AT_ONCE)
+    return max(float(np.linalg.norm(vectors[part] - origin, axis=1).max()) for part in parts)
 
 
 def _speed(obstacle: Obstacle, positions: np.ndarray, duration: float) -> float:
@@ -109,9 +118,9 @@ def within_reach(body: Body, obstacles: Sequence[Obstacle], duration: float, gra
     """Return the numbers of the obstacles that the contact nodes may meet; all numbers if there is none."""
     nodes = body.initial_at(body.contact_nodes)
     edge = body.mesh.shortest_edge
-    moved = body.initial_displacement - body.initial_displacement.mean(axis=0)
-    freed = body.wave_speed * float(np.linalg.norm(moved, axis=1).max()) / edge
-    own = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + body.driven_speed(duration) + freed
+    moved = _longest(body.initial_displacement, body.initial_displacement.mean(axis=0))
+    freed = body.wave_speed * moved / edge
+    own = _longest(body.initial_velocity) + body.driven_speed(duration) + freed
     fall = gravity * duration + speed_by_loads(body, duration)
     try:
         pushed = 2.0 * max((_speed(obstacle, nodes, duration) for obstacle in obstacles), default=0.0)

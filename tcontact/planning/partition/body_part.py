@@ -12,12 +12,16 @@ of the whole plan in another numbering; components that are held at a constant v
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
+from ...mesh.elements import ELEMENTS, MIXED
 from ...mesh.mesh import Mesh
+from ...mesh.mixed_cells import in_rows
+from ...mesh.ordered_mesh import Facts, Ordered, OrderedMesh
 from ...mesh.parts import Sets, part_of
 from ...scene.body import Body
 from ...scene.cell_blocks import blocks_of
@@ -108,8 +112,10 @@ def body_part(plan: BodyPlan, part: Part, acts: bool, share: BodyShare | None = 
     if graph is not None and (share is not None or (acts and not shared)):
         cells = graph.cells if share is None else graph.cells[share.cells]
         touching = np.searchsorted(part.cells, plan.cell_order[cells])
-    kept = plan.cell_order[np.isin(plan.cell_order, part.cells, assume_unique=True)]
-    cell_order = _cell_order(body, np.searchsorted(part.cells, kept), place, touching)
+    inside = np.zeros(len(plan.cell_order), dtype=bool)
+    inside[part.cells] = True
+    kept = plan.cell_order[inside[plan.cell_order]]
+    cell_order = _cell_order(body, np.searchsorted(part.cells, kept), place, touching).astype(np.int32)
     lumped = plan.lumped[nodes].copy()
     copies = np.sort(place[part.copies])
     lumped[copies] = NodeMasses(body).total[node_order[copies]]
@@ -131,13 +137,14 @@ def body_part(plan: BodyPlan, part: Part, acts: bool, share: BodyShare | None = 
     counted = part.owner[node_order] == part.rank  # the reaction of a support is that of one copy
     mine = row_of[plan.support_rows] >= 0
     mine[mine] = counted[boundary[row_of[plan.support_rows[mine]]]]
+    ordered = Ordered(plan.reference[nodes], renumbered(place, body.mesh.cells, cell_order), node_order, cell_order)
     found = replace(
         plan,
-        body=body,
+        body=with_mesh(body, OrderedMesh.of(ordered, Facts.of(body.mesh))),
         node_order=node_order,
         cell_order=cell_order,
-        reference=plan.reference[nodes],
-        cells=renumbered(place, body.mesh.cells, cell_order),
+        reference=ordered.places,
+        cells=ordered.rows,
         lumped=lumped,
         boundary=boundary,
         tensors=np.concatenate([plan.tensors[kept_rows], own]),
@@ -148,7 +155,7 @@ def body_part(plan: BodyPlan, part: Part, acts: bool, share: BodyShare | None = 
         speeds=plan.speeds[mine],
         driven=plan.driven[mine],
         rigid=tuple(replace(one, nodes=row_of[one.nodes]) for one in plan.rigid) if acts else (),
-        contact=_contact(plan.contact, number, inverse(cell_order)[touching], share)
+        contact=_contact(plan.contact, number, inverse(cell_order.astype(np.int64))[touching], share)
         if share is not None or (acts and not shared)
         else None,
         images=images,
@@ -220,29 +227,40 @@ def body_of(body: Body, smaller: Mesh, nodes: np.ndarray, acts: bool, touches: b
     return result
 
 
+def with_mesh(body: Body, mesh: Mesh) -> Body:
+    """Return the body with another mesh that is equal to its own."""
+    result = copy(body)
+    blocks = tuple(replace(block, mesh=mesh) for block in body.blocks)
+    result.__dict__.update(mesh=mesh, blocks=blocks)
+    return result
+
+
 def _rows(values: np.ndarray, numbers: np.ndarray) -> np.ndarray:
     """Return rows of values [n, 3]; a view where all rows are one."""
     return np.broadcast_to(values[0], (len(numbers), 3)) if values.strides[0] == 0 else values[numbers]
 
 
 def _mesh_of(mesh: Mesh, part: Part, node_sets: Sets, face_sets: Sets) -> Mesh:
-    """Return the mesh of a part with these sets of the whole; nodes that are there without cells stand in none."""
+    """Return the mesh of a part with these sets of the whole; nodes that are there without cells stand in none.
+
+    It is not checked, as the whole mesh has been.
+    """
     if not len(part.cells):
-        kind, rows = mesh.blocks[0]
-        return Mesh.trusted(mesh.nodes[part.nodes], rows[:0].copy(), kind, {}, {})
-    given = part_of(mesh.nodes, mesh.blocks, node_sets, face_sets, dict(mesh.cell_sets), part.cells)
-    smaller = Mesh(**given)
-    if smaller.node_count == len(part.nodes):
-        return smaller
-    used = np.zeros(mesh.node_count, dtype=bool)
-    first = 0
-    for _, rows in mesh.blocks:
-        used[rows[part.cells[(part.cells >= first) & (part.cells < first + len(rows))] - first]] = True
-        first += len(rows)
-    place = np.flatnonzero(used[part.nodes])
-    nodes, faces = ({name: place[ids] for name, ids in own.items()} for own in (smaller.node_sets, smaller.face_sets))
-    cells, sets = place[smaller.cells], dict(smaller.cell_sets)
-    return Mesh.trusted(mesh.nodes[part.nodes], cells, smaller.kind, nodes, faces, sets)
+        kind = mesh.cell_counts[0][0]
+        none = np.zeros((0, ELEMENTS[kind].corners), dtype=np.int64)
+        return Mesh.trusted(mesh.nodes_at(part.nodes), none, kind, {}, {})
+    given = part_of(mesh, node_sets, face_sets, mesh.cell_sets, part.cells)
+    nodes, cells, kind = given["nodes"], given["cells"], given.get("kind", MIXED)
+    cells = in_rows(tuple(cells.items())) if kind == MIXED else cells
+    of_nodes, of_faces, of_cells = (given[name] for name in ("node_sets", "face_sets", "cell_sets"))
+    if len(nodes) < len(part.nodes):
+        used = np.zeros(mesh.node_count, dtype=bool)
+        for _, rows in mesh.chosen_cells(part.cells):
+            used[rows] = True
+        place = np.flatnonzero(used[part.nodes])
+        nodes, cells = mesh.nodes_at(part.nodes), place[cells]
+        of_nodes, of_faces = ({name: place[ids] for name, ids in own.items()} for own in (of_nodes, of_faces))
+    return Mesh.trusted(nodes, cells, kind, of_nodes, of_faces, of_cells)
 
 
 def _cell_order(body: Body, order: np.ndarray, place: np.ndarray, touching: np.ndarray) -> np.ndarray:

@@ -101,12 +101,12 @@ class DomainPart:
     def nodes(self) -> np.ndarray:
         """Numbers [n] of the nodes of `domain` in `whole`."""
         starts = self.whole.node_start
-        return np.concatenate([self.bodies[number].nodes + starts[number] for number in self.there])
+        return _joined([self.bodies[n].nodes + starts[n] if starts[n] else self.bodies[n].nodes for n in self.there])
 
     @cached_property
     def mass(self) -> np.ndarray:
         """Mass [n] [kg] of the nodes with that of their copies, images together."""
-        return np.concatenate([self.bodies[number].mass for number in self.there])
+        return _joined([self.bodies[number].mass for number in self.there])
 
     @cached_property
     def owned(self) -> np.ndarray:
@@ -116,7 +116,7 @@ class DomainPart:
             body = self.bodies[number]
             mine = body.part.owner[body.plan.node_order] == body.part.rank
             found.append(np.flatnonzero(mine) + starts[own])
-        return np.concatenate(found)
+        return np.concatenate(found).astype(np.int32)
 
     def guests(self) -> np.ndarray:
         """Return the boundary nodes [k] of `domain` that lower ranks count."""
@@ -137,6 +137,11 @@ class DomainPart:
         return tuple((other, self.domain.boundary[rows]) for other, rows in self.rows_shared())
 
 
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    """Return values of all bodies in one array; no copy for one body."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
 def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
     """Return the part of a domain that one rank has; cut: what `cut_domain` returns."""
     bodies, counts = [], [plan.body.mesh.cell_count for plan in domain.bodies]
@@ -148,7 +153,7 @@ def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
         if contact is not None and lists is not None:
             shares[number] = contact.body_share(number, rank, lists)
         common = () if contact is None else (contact.common(number), contact.ranks)
-        own_part = part_of_rank(mesh.blocks, mesh.node_count, own, rank, *common)
+        own_part = part_of_rank(mesh.cell_portions, mesh.node_count, own, rank, *common)
         if not len(own_part.nodes):
             bodies.append(no_part(plan, rank))
             continue

@@ -1,4 +1,4 @@
-"""The part of a domain of a rank other than the first, as a message to it: arrays and the mesh of the part.
+"""The part of a domain of a rank other than the first, as a message to it: arrays and the sets of its mesh.
 
 It holds nothing of the scene, which may have functions that no message can hold: the receiver has the scene, and puts
 materials and options from there. Such a part has no contact and nothing that acts on its nodes but constant gravity and
@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
+from ...mesh.ordered_mesh import Facts, Ordered, OrderedMesh
 from ...scene.scene import Scene
 from ..body_plan import BodyPlan
 from .body_part import BodyPart, body_of
@@ -17,7 +18,7 @@ from .domain_part import DomainPart, PartDomain
 from .outline import BodyOutline, DomainOutline
 
 OF_SCENE = ("body", "damping", "viscosity")  # what the receiver has
-ACTS = {"contact": None, "images": None, "rigid": ()}  # what such a part has not
+ACTS: dict[str, Any] = {"contact": None, "images": None, "rigid": ()}  # what such a part has not
 OF_DOMAIN = ("chunks", "mixed", "records_friction")
 
 
@@ -31,7 +32,7 @@ def _packed_body(own: BodyPart) -> dict[str, Any]:
     plan = {field.name: getattr(own.plan, field.name) for field in fields(BodyPlan) if field.name not in OF_SCENE}
     assert all(plan.pop(name) == none for name, none in ACTS.items())
     found = {"part": own.part, "plan": plan, "nodes": own.nodes, "shared": own.shared, "mass": own.mass}
-    return found | ({"mesh": own.plan.body.mesh} if len(own.nodes) else {})
+    return found | ({"mesh": Facts.of(own.plan.body.mesh)} if len(own.nodes) else {})
 
 
 def unpacked(message: dict[str, Any], whole: DomainOutline, scene: Scene) -> DomainPart:
@@ -45,10 +46,11 @@ def unpacked(message: dict[str, Any], whole: DomainOutline, scene: Scene) -> Dom
 
 
 def _unpacked_body(found: dict[str, Any], whole: BodyOutline, scene: Scene) -> BodyPart:
-    body, part = whole.body, found["part"]
+    body, part, plan = whole.body, found["part"], found["plan"]
     if "mesh" in found:
-        body = body_of(body, found["mesh"], part.nodes, False, False)
-    plan = BodyPlan(body=body, damping=scene.damping, viscosity=scene.viscosity, **found["plan"], **ACTS)  # type: ignore[arg-type]
+        ordered = Ordered(*(plan[name] for name in ("reference", "cells", "node_order", "cell_order")))
+        body = body_of(body, OrderedMesh.of(ordered, found["mesh"]), part.nodes, False, False)
+    plan = BodyPlan(**plan, **ACTS, body=body, damping=scene.damping, viscosity=scene.viscosity)
     if "mesh" not in found:
         plan.__dict__["blocks"] = ()  # those of its body are the blocks of the whole mesh
     return BodyPart(whole, part, plan, found["nodes"], found["shared"], found["mass"])

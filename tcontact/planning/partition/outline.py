@@ -57,9 +57,9 @@ class PlanOutline:
 
 
 def forget_cells(planned: Plan | PlanOutline) -> None:
-    """Let a plan forget the nodes of its cells, which nothing needs once the run of every rank is made.
+    """Let a plan forget its cells, which nothing needs once the run of every rank is made.
 
-    Values of whole bodies need the order of nodes and cells, their masses and what their blocks are.
+    Values of whole bodies need the order of their nodes, their masses and what their blocks are.
     """
     if isinstance(planned, PlanOutline):
         return
@@ -67,7 +67,7 @@ def forget_cells(planned: Plan | PlanOutline) -> None:
         domain.__dict__.pop("blocks", None)
     for plan in planned.bodies:
         plan.__dict__["blocks"] = tuple(replace(one, cells=np.array(one.cells[:0])) for one in plan.blocks)
-        plan.__dict__["cells"] = np.array(plan.cells[:0])
+        plan.__dict__.update(cells=np.array(plan.cells[:0]), cell_order=np.array(plan.cell_order[:0]))
         plan.body.mesh.release()
 
 

@@ -7,10 +7,11 @@ equal bits.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...mesh.geometry import Blocks, IntArray, cells_at
 
@@ -24,9 +25,9 @@ class Part:
     """
 
     rank: int
-    cells: IntArray
+    cells: NDArray[np.integer]
     nodes: IntArray
-    owner: IntArray
+    owner: NDArray[np.integer]
     shared: tuple[tuple[int, IntArray], ...]
 
     @property
@@ -51,7 +52,7 @@ def corners_of(blocks: Blocks) -> tuple[IntArray, IntArray]:
 
 
 def part_of_rank(
-    blocks: Blocks,
+    blocks: Iterable[tuple[str, IntArray]],
     node_count: int,
     rank: IntArray,
     own: int,
@@ -60,19 +61,17 @@ def part_of_rank(
 ) -> Part:
     """Return what one rank has of a mesh.
 
-    blocks: as `Mesh.blocks`; rank [m]: of every cell (`cut.cut_cells`); own: number of the rank; common [k]: nodes of
-    which all the ranks `among` have copies, with cells there or without.
+    blocks: as `Mesh.cell_portions`; rank [m]: of every cell (`cut.cut_cells`); own: number of the rank; common [k]:
+    nodes of which all the ranks `among` have copies, with cells there or without.
     """
     mine = np.zeros(node_count, dtype=bool)
     common = np.zeros(0, dtype=np.int64) if common is None else common
     if own in among:
         mine[common] = True
-    starts = np.cumsum([0, *(len(rows) for _, rows in blocks)])
-    of_block = [rank[start : start + len(rows)] for start, (_, rows) in zip(starts, blocks, strict=False)]
-    for (_, rows), ranks in zip(blocks, of_block, strict=True):
+    for rows, ranks in _with_ranks(blocks, rank):
         mine[rows[ranks == own]] = True
     nodes, count, copies = np.flatnonzero(mine), max([int(rank.max()), *among]) + 1, []
-    for (_, rows), ranks in zip(blocks, of_block, strict=True):
+    for rows, ranks in _with_ranks(blocks, rank):
         near = cells_at(mine, rows)
         near = near[ranks[near] != own]
         at, other = rows[near], np.broadcast_to(ranks[near, None], (len(near), rows.shape[1]))
@@ -80,10 +79,18 @@ def part_of_rank(
     copies += [common[mine[common]] * count + other for other in among if other != own]
     at, others = np.divmod(np.unique(np.concatenate(copies)), count)  # copies by node, then by rank
     places = np.searchsorted(nodes, at)
-    owner = np.full(len(nodes), own, dtype=np.int64)
-    np.minimum.at(owner, places, others)
+    owner = np.full(len(nodes), own, dtype=np.int32)
+    np.minimum.at(owner, places, others.astype(np.int32))
     shared = tuple((int(other), places[others == other]) for other in np.unique(others))
-    return Part(own, np.flatnonzero(rank == own), nodes, owner, shared)
+    return Part(own, np.flatnonzero(rank == own).astype(np.int32), nodes, owner, shared)
+
+
+def _with_ranks(blocks: Iterable[tuple[str, IntArray]], rank: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield the cells [k, corners] of every portion with their ranks [k]."""
+    first = 0
+    for _, rows in blocks:
+        yield rows, rank[first : first + len(rows)]
+        first += len(rows)
 
 
 def parts_of(blocks: Blocks, node_count: int, rank: IntArray) -> tuple[Part, ...]:

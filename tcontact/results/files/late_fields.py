@@ -11,6 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...mesh.geometry import chunks_of
+
+AT_ONCE = 1 << 14  # nodes in a portion
+
 
 class Part(NamedTuple):
     """The values of one body in a field.
@@ -36,8 +40,12 @@ class LateField(NamedTuple):
 
     def values(self) -> np.ndarray:
         """Return the values of all bodies in the user's numbering; no copy for one body."""
-        found = [part.values() for part in self.parts]
-        return found[0] if len(found) == 1 else np.concatenate(found)
+        return joined([part.values() for part in self.parts])
+
+
+def joined(parts: list[np.ndarray]) -> np.ndarray:
+    """Return the values of all bodies in one array; no copy for one body."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def whole(field: np.ndarray | LateField) -> np.ndarray:
@@ -66,12 +74,15 @@ def _velocity(now: tuple[np.ndarray, ...], fixed: tuple[np.ndarray, ...], number
     """Return the velocity between two half steps, plus that of massless components, in another order.
 
     now: velocity before, after, [k, 3] of the massless ones where there are any; fixed: place of every node of the
-    user, nodes of the massless ones; numbers: share of the second one.
+    user, numbers there of the massless ones; numbers: share of the second one.
     """
-    result = now[0] + numbers[0] * (now[1] - now[0])
+    place, result = fixed[0], np.empty(now[0].shape)
+    for part in chunks_of(len(place), AT_ONCE):
+        before, after = (np.take(values, place[part], axis=0) for values in now[:2])
+        result[part] = before + numbers[0] * (after - before)
     if len(now) > 2:
         result[fixed[1]] += now[2]
-    return np.take(result, fixed[0], axis=0)
+    return result
 
 
 RULES: dict[str, Callable[..., np.ndarray]] = {

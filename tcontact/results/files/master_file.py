@@ -107,8 +107,8 @@ class MasterFile(ResultFile):
         if name in root:
             del root[name]
         shown, there = ("owned", "nodes") if group == "PointData" else ("cells", "cells")
-        counts = ([getattr(one, name) for one in self._shown] for name in (shown, there))
-        rows = _Rows(*counts, total, frames)
+        counts = [[getattr(one, name) for one in self._shown] for name in (shown, there)]
+        rows = _Rows(counts[0], counts[1], total, frames)
         _show(root, name, (frames * total, *shape), kind, rows)
 
 

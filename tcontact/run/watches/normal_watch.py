@@ -43,7 +43,7 @@ class NormalWatch:
         self._normal = _common_normal(run.scene.obstacles)
         if run.scene.body_pairs and contact is not None and contact.basis is not None:
             self._normal = contact.basis[0, :, 0]  # one direction serves all bodies in contact
-        self._numbers = [n for n in numbers if turns_freely(run.scene.bodies[n], run.scene.bodies[n].initial_nodes)]
+        self._numbers = [n for n in numbers if turns_freely(run.scene.bodies[n])]
         self._picked, self._start, self._mass = [], [], []
         for number in self._numbers:
             state = run.states[number]
@@ -68,8 +68,9 @@ class NormalWatch:
     def _warn_before(self, run: Run) -> None:
         duration = run.scene.duration
         for number in self._numbers:
-            state = run.states[number]
-            body = run.scene.bodies[number]
+            state, body = run.states[number], run.scene.bodies[number]
+            if state.starts_as_one():  # without a spin
+                continue
             nodes = state.plan.to_user(state.plan.reference + state.latest())
             mass = state.plan.to_user(state.plan.lumped)
             turns = spin(body, state.plan.to_user(state.start_velocity), nodes, mass)

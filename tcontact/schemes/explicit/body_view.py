@@ -13,6 +13,7 @@ from ...device import arrays
 from ...friction_layer import LayerState
 from ...nodes.rigid_bodies import RigidBodies
 from ...planning.domain import Domain
+from ...planning.rotation import moves_as_one
 from ...results.smoothness import PressureRecord
 from ...scene.friction_models import FrictionLayer
 from ...scene.obstacles import Obstacle
@@ -83,6 +84,10 @@ class BodyView:
     def start_velocity(self) -> np.ndarray:
         """Velocity [n, 3] [m/s] at the start, in the numbering of the plan."""
         return self.state.start_velocity[self._nodes]
+
+    def starts_as_one(self) -> bool:
+        """Return whether all its nodes start with one velocity."""
+        return moves_as_one(self.start_velocity)
 
     def point_state(self) -> np.ndarray:
         """Return the mean state [cells, numbers] of the points of every cell in the user's numbering."""

@@ -68,8 +68,8 @@ class RankState(DomainState):
         self.exchange = self._add
         self._trouble: tuple[int, str] | None = None
         self.counts = team.gathered(np.array(len(part.owned))).astype(np.int64)
-        # of every node of the whole domain among those collected; on the first rank
-        self.place = inverse(team.lead.collected(part.nodes[part.owned], self.counts).astype(np.int64))
+        # numbers in the whole domain of the nodes that each rank owns; on the first rank
+        self.collected = team.lead.collected(part.nodes[part.owned].__getitem__, self.counts).astype(np.int32)
         contact = self.contact
         self.residual_shares = self._shared_contact()
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
@@ -167,7 +167,8 @@ class RankState(DomainState):
 
     def whole(self, values: np.ndarray) -> np.ndarray:
         """Return values [n, ..] of the nodes of the whole domain on the first rank, and none on the others."""
-        return self.team.lead.collected(values[self.part.owned], self.counts)[self.place]
+        places, owned = self.collected, self.part.owned
+        return self.team.lead.collected(lambda rows: values[owned[rows]], self.counts, places.__getitem__)
 
     def whole_on_all(self, values: np.ndarray) -> np.ndarray:
         """Return values [n, ..] of the nodes of the whole domain on all ranks."""

@@ -20,6 +20,7 @@ from ...device.team import Team
 from ...friction_layer import LayerState
 from ...planning.partition.domain_part import DomainPart
 from ...planning.partition.outline import BodyOutline
+from ...planning.rotation import moves_as_one
 from ...results.smoothness import PressureRecord
 from ...scene.contact_models import MasslessContact
 from ...scene.friction_models import FrictionLayer
@@ -80,8 +81,11 @@ class RankView(BodyView):
         """Return None: the ranks search the stable step together (`RankSteps`)."""
         return
 
-    def _whole(self, values: arrays.Array) -> np.ndarray:
-        return self.state.whole(arrays.get(values).reshape(-1, 3))[self._nodes]
+    def _whole(self, values: np.ndarray) -> np.ndarray:
+        """Return the values of the body from those of the nodes of the ranks, in an array of its own."""
+        found = self.state.whole(values)
+        own = found[self._nodes]
+        return found if len(own) == len(found) else own.copy()
 
     @property
     def start_velocity(self) -> np.ndarray:
@@ -91,17 +95,25 @@ class RankView(BodyView):
     @collective
     def first_velocity(self) -> np.ndarray:
         """Return `start_velocity`."""
-        return self.state.whole(self.state.start_velocity)[self._nodes]
+        return self._whole(self.state.start_velocity)
+
+    @collective
+    def starts_as_one(self) -> bool:
+        """Return whether all its nodes start with one velocity."""
+        own = np.zeros((0, 3)) if self.own is None else self.own.start_velocity
+        first = own[0] if len(own) else np.zeros(3)
+        found = self.team.gathered(np.array([float(len(own) > 0), float(moves_as_one(own)), *first]))
+        return bool(found[:, 1].all()) and moves_as_one(found[found[:, 0] > 0.0, 2:])
 
     @collective
     def latest(self) -> np.ndarray:
         """Return the present displacement [n, 3] [m], internal numbering."""
-        return self._whole(self.state.u)
+        return self._whole(arrays.get(self.state.u).reshape(-1, 3))
 
     @collective
     def half_step_velocity(self) -> np.ndarray:
         """Return the present velocity [n, 3] of the components with mass, internal numbering."""
-        return self._whole(self.state.v)
+        return self._whole(arrays.get(self.state.v).reshape(-1, 3))
 
     def massless_velocity(self, dt: float) -> np.ndarray | None:
         """Return the position difference over dt of the massless components [k, 3]; None without any."""
@@ -228,8 +240,8 @@ class RankView(BodyView):
     def _cells(self, own: np.ndarray, numbers: np.ndarray, count: int) -> np.ndarray:
         """Return values [count, ..] of all cells from those of each rank, which have these numbers, else 0."""
         counts = self.team.gathered(np.array(len(numbers))).astype(np.int64)
-        everyone = self.lead.collected(numbers, counts).astype(np.int64)
-        values = self.lead.collected(own, counts)
+        everyone = self.lead.collected(numbers.__getitem__, counts).astype(np.int64)
+        values = self.lead.collected(own.__getitem__, counts)
         result = np.zeros((count if self.team.leads else 0, *own.shape[1:]))
         result[everyone] = values
         return result

@@ -172,12 +172,12 @@ class StableStep:
         self.bound = None  # only the first search begins so
         if self.plan.images is not None:
             found = self.plan.images.follow(found.reshape(-1, 3)).reshape(-1)
-        return self._unit(found)
+        return self._unit(found, found)
 
-    def _unit(self, vector: np.ndarray) -> np.ndarray:
-        """Scale a vector to a kinetic energy of 1/2; one without energy is not changed."""
+    def _unit(self, vector: np.ndarray, room: np.ndarray | None = None) -> np.ndarray:
+        """Scale a vector to a kinetic energy of 1/2, in `room` if given; one without energy is not changed."""
         length = np.sqrt(self._sum(dot(vector, self.plan.lumped, vector)))
-        return vector / length if length > 0.0 else vector
+        return np.divide(vector, length, out=room) if length > 0.0 else vector
 
     def _sum(self, value: float) -> float:
         """Return the sum of a number over all parts of the body; here there is one."""

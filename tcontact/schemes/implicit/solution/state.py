@@ -13,6 +13,7 @@ import numpy as np
 from ....device import arrays
 from ....planning.body_plan import BodyPlan
 from ....planning.measured import Layout
+from ....planning.rotation import moves_as_one
 from ....results.smoothness import PressureRecord
 from ....scene.scene import Scene
 from ...explicit.stable_step import StableStep, StableSteps
@@ -223,6 +224,10 @@ class ImplicitState:
         if self.sensors is not None:
             self.sensors.put(self._row[None], times)
         return self._row[None]
+
+    def starts_as_one(self) -> bool:
+        """Return whether all its nodes start with one velocity."""
+        return moves_as_one(self.start_velocity)
 
     def displacement(self) -> np.ndarray:
         """Return the displacement [n, 3] in the user's numbering."""
