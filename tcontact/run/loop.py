@@ -243,6 +243,7 @@ class Run:
             stop = early_stop(time, end, failed, cut, keeper)
         if snapshot is None:
             snapshot = self.snapshot(0.0, 0.0)
+        self.limits, self.shape = [], None  # free their memory for the end
         result = self._result(stop, row_number, time, course.first_dt, snapshot, compiled - started, wall)
         if unwritten is not None:
             unwritten.result = result

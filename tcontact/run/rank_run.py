@@ -146,10 +146,10 @@ class RankRun(Run):
         views = [view for _, _, view in self.bodies_here]
         return Snapshot(views, before, after, self.dt, self.scheme.implicit)
 
-    def whole_snapshot(self, own: Snapshot) -> WholeSnapshot | None:
-        """Return the state of all bodies on the first rank; own: that of what this rank has. All ranks call it."""
+    def whole_snapshot(self, own: Snapshot, last: bool = False) -> WholeSnapshot | None:
+        """Return the state of all bodies on the first rank, see `rank_snapshot.whole_snapshot`; all ranks call it."""
         parts = [(number, part) for number, part, _ in self.bodies_here]
-        return whole_snapshot(self.team, self.states, parts, own)
+        return whole_snapshot(self.team, self.states, parts, own, last)
 
     @property
     def result_type(self) -> Any:
@@ -158,7 +158,7 @@ class RankRun(Run):
 
     def end_state(self, last: Snapshot) -> dict[str, Any]:
         """Return the fields of the result with values of nodes and cells, on the first rank."""
-        whole: Any = self.whole_snapshot(last)
+        whole: Any = self.whole_snapshot(last, last=True)
         return self.team.lead.alone(lambda: super(RankRun, self).end_state(whole)) or {}
 
     def cut_by(self, signal: str) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..device.team import Team
 from ..planning.partition.body_part import BodyPart
-from ..results.files.late_fields import LateField, Part
+from ..results.files.late_fields import LateField, Part, joined
 from .snapshot import Snapshot
 
 
@@ -44,26 +44,30 @@ class WholeSnapshot(Snapshot):
 
 
 def whole_snapshot(
-    team: Team, states: Sequence[Any], parts: Sequence[tuple[int, BodyPart]], own: Snapshot
+    team: Team, states: Sequence[Any], parts: Sequence[tuple[int, BodyPart]], own: Snapshot, last: bool = False
 ) -> WholeSnapshot | None:
     """Return the state of whole bodies on the first rank, None on the others; all ranks call it.
 
-    states: views of all bodies; parts: of the bodies of which this rank has nodes, by their number; own: their state.
+    states: views of all bodies; parts: of the bodies of which this rank has nodes, by their number; own: their
+    state; last: it may forget its displacements.
     """
     starts = np.cumsum([0, *(state.plan.node_count for state in states)])
-    mine = [np.flatnonzero(one.part.owner == team.rank) for _, one in parts]
-    none = np.zeros(0, dtype=np.int64)
-    pairs = zip(parts, mine, strict=True)
-    numbers = np.concatenate([none, *(starts[number] + one.part.nodes[owned] for (number, one), owned in pairs)])
-    counts = team.gathered(np.array(len(numbers))).astype(np.int64)
-    everyone = team.lead.collected(numbers.__getitem__, counts).astype(np.int32)
+    first, owned, numbers = 0, [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for number, one in parts:
+        mine = np.flatnonzero(one.part.owner == team.rank)
+        owned.append(first + mine)
+        numbers.append(starts[number] + one.part.nodes[mine])
+        first += len(one.part.nodes)
+    rows = np.concatenate(owned)
+    counts = team.gathered(np.array(len(rows))).astype(np.int64)
+    places = team.lead.collected(np.concatenate(numbers).__getitem__, counts).astype(np.int32)
 
     def whole(values: list[np.ndarray]) -> list[np.ndarray]:
-        rows = np.concatenate([np.zeros((0, 3)), *(part[owned] for part, owned in zip(values, mine, strict=True))])
-        found = team.lead.collected(rows.__getitem__, counts, everyone.__getitem__)
+        mine = joined(values) if parts else np.zeros((0, 3))
+        found = team.lead.collected(lambda some: mine[rows[some]], counts, places.__getitem__)
         return np.split(found, starts[1:-1])
 
-    displacements = whole(own.displacements)
+    displacements = whole([*own.last_displacements()] if last else own.displacements)
     velocities = whole([part.values() for part in own.velocity_field().parts])
     return WholeSnapshot(states, displacements, velocities) if team.leads else None
 
