@@ -1,8 +1,8 @@
 """Who has what of a run: `mpiexec -n P python rank_memory.py FOLDER`; the first rank reports.
 
-Ranks other than the first refuse to make all nodes or cells of their box, those of the mesh of their part, which their
-plan has, and to plan: the run ends if they try. With "alone" as a second word the last rank asks for the values of all
-ranks while the others start a run.
+Ranks other than the first refuse to make all nodes or cells of their box, and to plan; where they write no frames also
+those of the mesh of their part, which their plan has: the run ends if they try. With "alone" as a second word the last
+rank asks for the values of all ranks while the others start a run.
 """
 
 import sys
@@ -28,7 +28,7 @@ def refuse(*_given, **_named):
 
 
 if not first:
-    BoxMesh.nodes = BoxMesh.cells = OrderedMesh.nodes = OrderedMesh.cells = property(refuse)
+    BoxMesh.nodes = BoxMesh.cells = property(refuse)
     planning._plan_body = refuse
 
 mesh = tc.box_mesh((0.1, 0.08, 0.12), (4, 3, 5)).translated((0.0, 0.0, 1e-4)).with_sets(cell_sets={"low": [0, 1]})
@@ -43,6 +43,8 @@ try:
     result.position
 except tc.InputError as error:
     said = str(error)
+if not first:
+    OrderedMesh.nodes = OrderedMesh.cells = property(refuse)
 again = tc.simulate(scene, initial=result.reversed(), threads=1)
 whole = result.on_all_ranks()
 told = whole.position.sum(), whole.velocity.sum(), whole.steps, whole.ok, len(whole.contact_pressures)

@@ -75,14 +75,7 @@ class PartRecorder(Recorder):
     def _numbers(self) -> Sequence[int]:
         return self._names
 
-    def _opened(
-        self,
-        frames: int | None,
-        points: np.ndarray,
-        blocks: list[tuple[str, np.ndarray]],
-        static: dict[str, np.ndarray] | None,
-    ) -> PartFile:
-        self._static = static or {}
+    def _opened(self, frames: int | None) -> PartFile:
         about = {"title": self.attributes["title"], "rank": self.team.rank}
         if frames is None:
             self._path.parent.mkdir(parents=True, exist_ok=True)
@@ -93,6 +86,8 @@ class PartRecorder(Recorder):
         """Start the file that shows the parts of all ranks, which have frames of these times [s] already."""
         mesh, comm = self._mesh, self.team.comm
         del self._mesh  # the files have it
+        for state in self.states:
+            state.plan.body.mesh.release()
         cells = sum(len(rows) for _, rows in mesh.blocks)
         sizes = comm.gather(PartSize(len(mesh.points), mesh.place.owned, cells, mesh.corners))
         checks = comm.gather(self.file.checks)

@@ -100,13 +100,9 @@ class Recorder:
         self.process: FrameProcess | None = None  # takes over the file as soon as it has started
         self.file: ResultFile | FrameProcess
         meshes = [state.plan.body.mesh for state in states]
-        points = np.concatenate([mesh.nodes for mesh in meshes])
-        blocks, start = [], 0
-        for mesh in meshes:
-            blocks += [(kind, cells + start) for kind, cells in mesh.blocks]
-            start += mesh.node_count
-        bodies = np.repeat(self._numbers, [mesh.cell_count for mesh in meshes])
         self._celled = [number for number, mesh in enumerate(meshes) if mesh.cell_count]  # a rank may have nodes alone
+        several, counts = len(scene.bodies) > 1, [mesh.cell_count for mesh in meshes]
+        self._static = {"body": np.repeat(self._numbers, counts)} if several else {}
         self.obstacles, self.times = scene.obstacles, [0.0]
         self._paired = bool(scene.body_pairs)
         self._stateful = has_state(scene) and not {"von_mises", *METAL, *STRESS}.isdisjoint(fields)
@@ -116,9 +112,8 @@ class Recorder:
         self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
         if len(scene.bodies) > 1:
             self.attributes["bodies"] = [scene.label(number) for number in range(len(scene.bodies))]
-        static = {"body": bodies} if len(scene.bodies) > 1 else None
         try:
-            self.file = self._opened(frames, points, blocks, static)
+            self.file = self._opened(frames)
         except OSError as error:
             raise self._refusal(error) from error
 
@@ -132,16 +127,15 @@ class Recorder:
         """Numbers in the scene of the bodies that it writes."""
         return range(len(self.states))
 
-    def _opened(
-        self,
-        frames: int | None,
-        points: np.ndarray,
-        blocks: list[tuple[str, np.ndarray]],
-        static: dict[str, np.ndarray] | None,
-    ) -> ResultFile | FrameProcess:
+    def _opened(self, frames: int | None) -> ResultFile | FrameProcess:
         """Open a new file, or that of a run which goes on after so many frames."""
         if frames is None:
-            return ResultFile.create(self.folder / FILE, points, blocks, self.attributes, static)
+            meshes = [state.plan.body.mesh for state in self.states]
+            starts = np.cumsum([0, *(mesh.node_count for mesh in meshes)])
+            pairs = zip(meshes, starts, strict=False)
+            blocks = [(kind, cells + start) for mesh, start in pairs for kind, cells in mesh.blocks]
+            points = np.concatenate([mesh.nodes for mesh in meshes])
+            return ResultFile.create(self.folder / FILE, points, blocks, self.attributes, self._static)
         join_parts(self.folder / FILE, frames)
         self.times += [float(time) for time in ResultData.open(self.folder / FILE).times[:frames]]
         return ResultFile.reopen(self.folder / FILE, frames, self.attributes)
