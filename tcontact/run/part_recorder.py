@@ -20,6 +20,7 @@ from ..results.files.master_file import MasterFile, PartSize
 from ..results.files.part_file import PartFile, PartMesh, holds
 from ..results.files.part_places import FOLDER, part_path
 from ..results.files.vtkhdf import ResultData
+from ..results.files.vtkhdf_reader import glance
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
 from .part_mesh import RankMesh
@@ -31,7 +32,6 @@ class PartRecorder(Recorder):
     """The recorder of a rank: as `Recorder`, of what this rank has of the bodies; the first rank has the master too."""
 
     file: PartFile
-
     master: MasterFile | None = None
     _mesh: PartMesh
 
@@ -61,7 +61,7 @@ class PartRecorder(Recorder):
         if team.leads and frames is None:
             shutil.rmtree(folder / FOLDER, ignore_errors=True)
         elif team.leads:
-            times = [float(time) for time in ResultData.open(folder / FILE).times[:frames]]
+            times = [float(time) for time in glance(folder / FILE)[0][:frames]]
         times, error = team.from_first(times), None
         try:
             found = cls(team, mesh, folder, scene, views, title, fields, frames)
@@ -152,7 +152,7 @@ class PartRecorder(Recorder):
 def goes_on_with_parts(team: Team, folder: Path, rank_mesh: RankMesh) -> bool:
     """Return whether the frames in a folder are parts of as many ranks, with the same cells each."""
     found = False
-    count = team.from_first(len(ResultData.open(folder / FILE).parts) if team.leads else 0)
+    count = team.from_first(glance(folder / FILE)[1] if team.leads else 0)
     if count == team.size:
         with suppress(InputError):
             found = holds(ResultData.open(part_path(folder / FILE, team.rank)), rank_mesh.mesh)

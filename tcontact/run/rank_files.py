@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.errors import InputError, OutputError
 from ..device.team import Team
-from ..results.files.vtkhdf import ResultData
+from ..results.files.vtkhdf_reader import glance
 from .checkpoint import store
 from .checkpoint.keeper import Keeper
 from .rank_snapshot import WholeSnapshot
@@ -141,7 +141,7 @@ def latest_of_all(folder: Path, team: Team) -> list[store.Stored]:
     except InputError as found:
         error = found
     team.agree(error)
-    frames = team.from_first(len(ResultData.open(folder / FILE)) if team.leads and (folder / FILE).exists() else 0)
+    frames = team.from_first(len(glance(folder / FILE)[0]) if team.leads and (folder / FILE).exists() else 0)
     rows = [(rank, one.row, one.ranks) for rank, own in mine.items() for one in own if one.head["frames"] <= frames]
     last = store.last_complete(row for part in team.comm.allgather(rows) for row in part)
     if last is None:

@@ -55,9 +55,10 @@ class PartMesh:
 
 
 class PartFile(ResultFile):
-    """Writer of a part. check: checksum of the last frame."""
+    """Writer of a part. check: checksum of the last frame; checks: of those kept by `reopen`."""
 
     check = 0
+    checks: np.ndarray = np.zeros(0, dtype=np.uint32)
 
     @classmethod
     def start(
@@ -79,8 +80,6 @@ class PartFile(ResultFile):
         found.checks = found._file["tcontact/frames"][:frames]
         return found
 
-    checks: np.ndarray = np.zeros(0, dtype=np.uint32)  # of the frames that are kept when it is continued
-
     def _take(self, time: float, arrays: Mapping[str, np.ndarray]) -> None:
         super()._take(time, arrays)
         self.check = self._new[-1][1]
@@ -99,6 +98,3 @@ def holds(data: ResultData, mesh: PartMesh) -> bool:
         and place.owned == mesh.place.owned
         and all(np.array_equal(*pair) for pair in ((place.nodes, mesh.place.nodes), (place.cells, mesh.place.cells)))
     )
-
-
-__all__ = ["PartFile", "PartMesh", "holds"]

@@ -247,6 +247,19 @@ def _joined(numbers: list[np.ndarray], parts: list[dict[str, np.ndarray]]) -> di
     return {name: joined(numbers, [fields[name] for fields in parts]) for name in parts[0]}
 
 
+def glance(path: Path) -> tuple[np.ndarray, int]:
+    """Return the times [s] of the frames of a result file and the number of its parts, without reading its mesh.
+
+    Raises `InputError` as `ResultData.open`.
+    """
+    with _opened(path) as file:
+        try:
+            own = file["tcontact"]
+            return _times(file["VTKHDF/Steps"], len(own["frames"]), False), int(own.attrs.get("parts", 0))
+        except DAMAGED as error:
+            raise InputError("path", str(path), f"is damaged ({error}); run again") from error
+
+
 def checksum(label: str, arrays: Mapping[str, np.ndarray]) -> int:
     """Return the CRC-32 of a label and of arrays with their names, kinds and shapes, in alphabetical order."""
     check = zlib.crc32(label.encode())
