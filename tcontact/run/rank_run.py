@@ -30,7 +30,7 @@ from ..device.team import Team
 from ..friction_layer import LayerState
 from ..planning.partition.body_part import BodyPart
 from ..planning.partition.domain_part import DomainPart
-from ..planning.partition.outline import PlanOutline, forget_cells
+from ..planning.partition.outline import PlanOutline, forget_cells, forget_places
 from ..planning.planning import Plan
 from ..results import frame_fields
 from ..results.elsewhere import ResultElsewhere
@@ -270,6 +270,7 @@ def simulate_on_ranks(
             if team.leads:
                 ending.enter_context(locked(folder))
         run = _made(RankRun, team, planned, parts, asked)
+        forget_places(planned, parts)
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
         if said is not None:
             run.warn(said)
@@ -338,6 +339,7 @@ def resume_on_ranks(
         run = _made(RankRun if before == team.size else RecutRun, team, planned, parts, asked)
         new = contents.prints(run)
         if before == team.size:
+            forget_places(planned, parts)
             contents.restore(run, stored[0].found, stored[0].values)
         else:
             restore_parts(run, planned, stored, team)  # type: ignore[arg-type]

@@ -52,15 +52,9 @@ def whole_snapshot(
     state; last: it may forget its displacements.
     """
     starts = np.cumsum([0, *(state.plan.node_count for state in states)])
-    first, owned, numbers = 0, [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
-    for number, one in parts:
-        mine = np.flatnonzero(one.part.owner == team.rank)
-        owned.append(first + mine)
-        numbers.append(starts[number] + one.part.nodes[mine])
-        first += len(one.part.nodes)
-    rows = np.concatenate(owned)
+    rows, numbers = _owned(team.rank, starts, parts)
     counts = team.gathered(np.array(len(rows))).astype(np.int64)
-    places = team.lead.collected(np.concatenate(numbers).__getitem__, counts).astype(np.int32)
+    places = team.lead.collected(numbers.__getitem__, counts).astype(np.int32)
 
     def whole(values: list[np.ndarray]) -> list[np.ndarray]:
         mine = joined(values) if parts else np.zeros((0, 3))
@@ -70,6 +64,19 @@ def whole_snapshot(
     displacements = whole([*own.last_displacements()] if last else own.displacements)
     velocities = whole([part.values() for part in own.velocity_field().parts])
     return WholeSnapshot(states, displacements, velocities) if team.leads else None
+
+
+def _owned(rank: int, starts: np.ndarray, parts: Sequence[tuple[int, BodyPart]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the nodes [k] that a rank owns among those of its parts, and their numbers among all nodes [k].
+
+    starts: first node of every body among all.
+    """
+    none = np.zeros(0, dtype=np.int32)
+    firsts = np.cumsum([0, *(len(one.part.nodes) for _, one in parts)])
+    mine = [np.flatnonzero(one.part.owner == rank).astype(np.int32) for _, one in parts]
+    numbers = [starts[number] + one.part.nodes[own] for (number, one), own in zip(parts, mine, strict=True)]
+    rows = [own + np.int32(first) for own, first in zip(mine, firsts, strict=False)]
+    return np.concatenate([none, *rows]), np.concatenate([none, *numbers]).astype(np.int32)
 
 
 def _field(values: Sequence[np.ndarray]) -> LateField:

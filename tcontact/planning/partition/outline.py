@@ -6,6 +6,7 @@ whole bodies beside that, the first rank does alone (device/lead.py).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,6 +17,7 @@ from ...scene.scene import Scene
 from ..body_plan import BodyPlan, ContactPlan
 from ..measured import Layout
 from ..planning import Plan
+from .domain_part import DomainPart
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +71,23 @@ def forget_cells(planned: Plan | PlanOutline) -> None:
         plan.__dict__["blocks"] = tuple(replace(one, cells=np.array(one.cells[:0])) for one in plan.blocks)
         plan.__dict__.update(cells=np.array(plan.cells[:0]), cell_order=np.array(plan.cell_order[:0]))
         plan.body.mesh.release()
+
+
+def forget_places(planned: Plan | PlanOutline, parts: Sequence[DomainPart]) -> None:
+    """Let a plan forget the positions of its nodes, which nothing reads while the ranks step their parts.
+
+    parts: of this rank, of all domains; ranks that share a contact keep the positions. What is left has the right
+    shape and takes no memory.
+    """
+    if isinstance(planned, PlanOutline):
+        return
+    for domain, part in zip(planned.domains, parts, strict=True):
+        if part.domain.shared is not None:
+            continue
+        domain.__dict__.pop("reference", None)
+        for plan in domain.bodies:
+            plan.__dict__.pop("place", None)  # follows from the order of the nodes
+            plan.__dict__["reference"] = np.broadcast_to(np.nan, plan.reference.shape)
 
 
 def told(planned: Plan) -> dict[str, Any]:
