@@ -26,7 +26,7 @@ def alone(tmp_path_factory):
     folder = tmp_path_factory.mktemp("alone")
     environment = os.environ | {"PYTHONPATH": str(HERE.parent), "OMP_NUM_THREADS": "1"}
     command = [sys.executable, "rank_results.py", str(folder), *SCENES]
-    subprocess.run(command, cwd=HERE, env=environment, check=True, timeout=300)
+    subprocess.run(command, cwd=HERE, env=environment, check=True, timeout=1200)
     return folder
 
 
@@ -38,7 +38,7 @@ def together(tmp_path_factory):
     def run(count):
         if count not in found:
             found[count] = tmp_path_factory.mktemp(f"ranks-{count}")
-            done = mpiexec(count, "rank_results.py", found[count], *SEVERAL.get(count, ON_TWO), timeout=400)
+            done = mpiexec(count, "rank_results.py", found[count], *SEVERAL.get(count, ON_TWO), timeout=1200)
             assert done.returncode == 0, done.stderr
             assert not done.stderr
         return found[count]

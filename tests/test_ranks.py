@@ -32,7 +32,7 @@ pytestmark = [
 ]
 
 
-def mpiexec(count, *arguments, timeout=300):
+def mpiexec(count, *arguments, timeout=900):
     """Run Python with these arguments in several processes."""
     environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(HERE.parent)}
     command = [MPIEXEC, "-n", str(count), sys.executable, *map(str, arguments)]
