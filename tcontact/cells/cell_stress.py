@@ -78,7 +78,7 @@ class _Part:
         self._kernel(rows, self._cells, position, self._parameters, u, self._memory, self._averaged, self._out)
         found = arrays.get(self._out)[: rows * self._packs * NUMBERS * WIDTH]
         lanes = found.reshape(rows, self._packs, NUMBERS, WIDTH).transpose(0, 1, 3, 2)
-        return lanes.reshape(rows, -1, NUMBERS)[:, : len(self.block.cells)]
+        return lanes.reshape(rows, -1, NUMBERS)[:, : self.block.count]
 
     def owned(self) -> list[arrays.Array]:
         """Return its arrays."""

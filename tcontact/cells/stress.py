@@ -62,7 +62,7 @@ class VonMises:
                 arrays.set_values(memory, packed(state[block.numbers]))
             kernel = self._kernels[block.element, block.material.law]
             kernel(connectivity, self._position, parameters, self._u, memory, stress)
-            found = arrays.get(stress)[: len(block.cells)]
+            found = arrays.get(stress)[: block.count]
             if len(self._blocks) == 1:
                 return found
             self._whole[block.numbers] = found

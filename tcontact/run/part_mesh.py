@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..device.team import Team
+from ..mesh.geometry import chunks_of
 from ..planning.node_order import inverse
 from ..planning.partition.body_part import BodyPart
 from ..planning.partition.domain_part import DomainPart
@@ -35,12 +36,14 @@ class RankMesh:
         cells = np.concatenate([cell_starts[n] + bodies[n].part.cells for n in self.numbers])
         owned = np.concatenate([one.part.owner == team.rank for one in mine])
         self.order = np.concatenate([np.flatnonzero(owned), np.flatnonzero(~owned)])
-        blocks = []
+        blocks, points = [], np.empty((len(nodes), 3))
         place, first = inverse(self.order), 0
         for one in mine:
-            mesh = one.plan.body.mesh
-            blocks += [(kind, place[first + rows]) for kind, rows in mesh.blocks if len(rows)]
-            first += len(one.nodes)
+            mesh, last = one.plan.body.mesh, first + len(one.nodes)
+            points[place[first:last]] = mesh.nodes
+            blocks += [(kind, _renumbered(place[first:last], rows)) for kind, rows in mesh.blocks if len(rows)]
+            mesh.release()
+            first = last
         corners = sum(rows.size for _, rows in blocks)
         sizes = team.gathered(np.array([owned.sum(), corners])).astype(np.int64)
         shown = np.full(len(nodes), -1, dtype=np.int64)
@@ -48,11 +51,19 @@ class RankMesh:
         _complete(team, shown, [bodies[number] for number in sorted(bodies)])
         self.mesh = PartMesh(
             place=PartPlace(nodes[self.order], int(owned.sum()), cells),
-            points=np.concatenate([one.plan.body.mesh.nodes for one in mine])[self.order],
+            points=points,
             blocks=blocks,
             shown=shown[self.order],
             corner=int(sizes[: team.rank, 1].sum()),
         )
+
+
+def _renumbered(place: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Return the cells [m, corners] with nodes by their places [n]."""
+    result = np.empty(cells.shape, dtype=np.int64)
+    for part in chunks_of(len(cells)):
+        result[part] = place[cells[part]]
+    return result
 
 
 def _complete(team: Team, shown: np.ndarray, bodies: Sequence[BodyPart]) -> None:

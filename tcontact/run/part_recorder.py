@@ -86,8 +86,6 @@ class PartRecorder(Recorder):
         """Start the file that shows the parts of all ranks, which have frames of these times [s] already."""
         mesh, comm = self._mesh, self.team.comm
         del self._mesh  # the files have it
-        for state in self.states:
-            state.plan.body.mesh.release()
         cells = sum(len(rows) for _, rows in mesh.blocks)
         sizes = comm.gather(PartSize(len(mesh.points), mesh.place.owned, cells, mesh.corners))
         checks = comm.gather(self.file.checks)
@@ -101,6 +99,12 @@ class PartRecorder(Recorder):
             except OSError as found:
                 error = self._refusal(found)
         self.team.agree(error)
+
+    def prepare(self) -> None:
+        """Prepare for the fields of the frames, before the first one."""
+        super().prepare()
+        for state in self.states:
+            state.plan.body.mesh.release()
 
     def frame(self, time: float, snapshot: Snapshot) -> None:
         """Append the state at `time` [s]. Raises `OutputError` on all ranks."""

@@ -44,7 +44,7 @@ class LateField(NamedTuple):
 
 
 def joined(parts: list[np.ndarray]) -> np.ndarray:
-    """Return the values of all bodies in one array; no copy for one body."""
+    """Return arrays one after the other in one; no copy of a single one."""
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .late_fields import joined
 from .part_places import PartPlace
 from .vtkhdf import Blocks, ResultFile, store
 from .vtkhdf_reader import ResultData
@@ -44,7 +45,7 @@ class PartMesh:
     @property
     def connectivity(self) -> np.ndarray:
         """Nodes of its cells, one cell after the other, in the numbering of the result file of the run."""
-        return np.concatenate([self.shown[cells].reshape(-1) for _, cells in self.blocks])
+        return joined([self.shown[cells].reshape(-1) for _, cells in self.blocks])
 
     @property
     def offsets(self) -> np.ndarray:

@@ -24,6 +24,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...device.atomic_file import AtomicFile
 from ...mesh.elements import ELEMENTS
+from .late_fields import joined
 from .vtkhdf_reader import CHECK, DAMAGED, FORMAT, Frame, ResultData, checksum
 
 __all__ = ["Frame", "ResultData", "ResultFile"]
@@ -106,7 +107,7 @@ class ResultFile:
             "NumberOfCells": np.array([count], dtype=np.int64),
             "NumberOfConnectivityIds": np.array([sizes.sum()], dtype=np.int64),
             "Points": points,
-            "Connectivity": np.concatenate([cells.ravel() for _, cells in checked]),
+            "Connectivity": joined([cells.ravel() for _, cells in checked]),
             "Offsets": np.concatenate([[0], np.cumsum(sizes)]),
             "Types": np.concatenate(types),
         }
