@@ -95,14 +95,22 @@ def test_parts_of_another_run_are_refused(moved):
         ResultData.open(moved / "mixed" / "result.vtkhdf")
 
 
-def test_a_part_of_another_run_with_the_same_mesh_is_refused(moved):
-    """Its frames are whole; that they are not of this run is seen from their checksums."""
+def test_a_part_with_other_values_is_refused(moved):
     path = moved / "mixed" / "result-parts" / "1.vtkhdf"
     with h5py.File(path, "r+") as file:
         values = file["VTKHDF/PointData/velocity"]
         values[...] = 2.0 * values[()]
     with pytest.raises(InputError, match=r"frame 1 .* is damaged"):
         ResultData.open(moved / "mixed" / "result.vtkhdf").frame(1)
+
+
+def test_ranks_that_find_a_damaged_result_file_all_end(moved):
+    """`mpiexec` raises `TimeoutExpired` if those that did not read it wait for the one that did."""
+    path = moved / "stopped" / "walls" / "result.vtkhdf"
+    path.write_bytes(path.read_bytes()[:3000])
+    done = mpiexec(RANKS, "rank_resumed.py", moved / "stopped", "resumed", "walls", timeout=120)
+    assert done.returncode != 0
+    assert "result.vtkhdf" in done.stderr
 
 
 @pytest.mark.parametrize("ranks", [RANKS, 2, 1])

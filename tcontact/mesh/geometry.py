@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import reduce
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,11 @@ _CHUNK = 1024  # cells at a time: temporaries stay in cache and small beside the
 def chunks_of(count: int, size: int = _CHUNK) -> Iterator[slice]:
     """Yield the slices of so many rows in portions of at most `size`."""
     return (slice(start, min(start + size, count)) for start in range(0, count, size))
+
+
+def joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Return arrays [n_i, ..] one after the other in one; no copy of a single one."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def cells_at(marked: NDArray[np.bool_], cells: NDArray[np.integer]) -> IntArray:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..cells.point_state import has_state, metal_fields
-from ..results.files.late_fields import joined
+from ..mesh.geometry import joined
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
 from .snapshot import Snapshot

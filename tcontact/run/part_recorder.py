@@ -6,14 +6,14 @@ A frame counts once every rank has it on disk. A run that goes on with as many r
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..base.errors import InputError, OutputError
+from ..base.errors import InputError
 from ..device.team import Team
 from ..results.files.late_fields import LateField, whole
 from ..results.files.master_file import MasterFile, PartSize
@@ -24,6 +24,7 @@ from ..results.files.vtkhdf_reader import glance
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
 from .part_mesh import RankMesh
+from .rank_files import on_all, on_first
 from .recorder import FILE, Recorder, unwritten
 from .snapshot import Snapshot
 
@@ -37,7 +38,7 @@ class PartRecorder(Recorder):
 
     def __init__(self, team: Team, mesh: RankMesh, folder: Path, *given: Any) -> None:
         """Open the part; use `started` instead."""
-        self.team, self._mesh, self._order, self._names = team, mesh.mesh, mesh.order, mesh.numbers
+        self.team, self._mesh, self._order, self._here = team, mesh.mesh, mesh.order, mesh.numbers
         self._path = part_path(folder / FILE, team.rank)
         super().__init__(folder, *given)
 
@@ -57,12 +58,14 @@ class PartRecorder(Recorder):
 
         mesh: what this rank has of the bodies; views: values of these. Raises `InputError` on all ranks.
         """
-        times: list[float] = []
-        if team.leads and frames is None:
-            shutil.rmtree(folder / FOLDER, ignore_errors=True)
-        elif team.leads:
-            times = [float(time) for time in glance(folder / FILE)[0][:frames]]
-        times, error = team.from_first(times), None
+
+        def begin() -> list[float]:
+            if frames is None:
+                shutil.rmtree(folder / FOLDER, ignore_errors=True)
+                return []
+            return [float(time) for time in glance(folder / FILE)[0][:frames]]
+
+        times, error = on_first(team, begin), None
         try:
             found = cls(team, mesh, folder, scene, views, title, fields, frames)
         except InputError as own:
@@ -73,7 +76,7 @@ class PartRecorder(Recorder):
 
     @property
     def _numbers(self) -> Sequence[int]:
-        return self._names
+        return self._here
 
     def _opened(self, frames: int | None) -> PartFile:
         about = {"title": self.attributes["title"], "rank": self.team.rank}
@@ -108,9 +111,9 @@ class PartRecorder(Recorder):
 
     def frame(self, time: float, snapshot: Snapshot) -> None:
         """Append the state at `time` [s]. Raises `OutputError` on all ranks."""
-        self._together(lambda: super(PartRecorder, self).frame(time, snapshot))
+        on_all(self.team, lambda: super(PartRecorder, self).frame(time, snapshot))
         checks = self.team.comm.gather(self.file.check)
-        self._together(lambda: self._count(time, checks))
+        on_all(self.team, lambda: self._count(time, checks))
 
     def _append(
         self, time: float, nodal: Mapping[str, np.ndarray | LateField], cellwise: Mapping[str, np.ndarray]
@@ -127,8 +130,8 @@ class PartRecorder(Recorder):
 
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the files. Raises `OutputError` on all ranks."""
-        self._together(self._close_part)
-        self._together(lambda: None if self.master is None else self._close(self.master, history, attributes))
+        on_all(self.team, self._close_part)
+        on_all(self.team, lambda: None if self.master is None else self._close(self.master, history, attributes))
 
     def _close_part(self) -> None:
         try:
@@ -143,20 +146,11 @@ class PartRecorder(Recorder):
             with suppress(OSError):
                 self.master.close()
 
-    def _together(self, write: Callable[[], None]) -> None:
-        """Do something on this rank; raise the `OutputError` of any rank on all of them."""
-        error: OutputError | None = None
-        try:
-            write()
-        except OutputError as found:
-            error = found
-        self.team.agree(error)
-
 
 def goes_on_with_parts(team: Team, folder: Path, rank_mesh: RankMesh) -> bool:
     """Return whether the frames in a folder are parts of as many ranks, with the same cells each."""
     found = False
-    count = team.from_first(glance(folder / FILE)[1] if team.leads else 0)
+    count = on_first(team, lambda: glance(folder / FILE)[1])
     if count == team.size:
         with suppress(InputError):
             found = holds(ResultData.open(part_path(folder / FILE, team.rank)), rank_mesh.mesh)

@@ -42,19 +42,11 @@ class RankRecorder(Recorder):
 
     def settle(self) -> None:
         """Wait until every frame is in the file. Raises `OutputError` on all ranks."""
-        self._together(super().settle)
+        on_all(self.team, super().settle)
 
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file. Raises `OutputError` on all ranks."""
-        self._together(lambda: super(RankRecorder, self).close(history, attributes))
-
-    def _together(self, write: Callable[[], None]) -> None:
-        error: OutputError | None = None
-        try:
-            write()
-        except OutputError as found:
-            error = found
-        self.team.agree(error)
+        on_all(self.team, lambda: super(RankRecorder, self).close(history, attributes))
 
 
 class NoFile:
@@ -112,6 +104,16 @@ class RankKeeper(Keeper):
         return self.team.from_first(super().due(row, stopping, ended))
 
 
+def on_all(team: Team, write: Callable[[], None]) -> None:
+    """Do something on every rank; raise the `OutputError` of any rank on all of them."""
+    error: OutputError | None = None
+    try:
+        write()
+    except OutputError as found:
+        error = found
+    team.agree(error)
+
+
 def on_first(team: Team, act: Callable[[], Any]) -> Any:
     """Run a function on the first rank; return on all ranks what it gives, or raise its `InputError` or `OutputError`.
 
@@ -141,7 +143,7 @@ def latest_of_all(folder: Path, team: Team) -> list[store.Stored]:
     except InputError as found:
         error = found
     team.agree(error)
-    frames = team.from_first(len(glance(folder / FILE)[0]) if team.leads and (folder / FILE).exists() else 0)
+    frames = on_first(team, lambda: len(glance(folder / FILE)[0]) if (folder / FILE).exists() else 0)
     rows = [(rank, one.row, one.ranks) for rank, own in mine.items() for one in own if one.head["frames"] <= frames]
     last = store.last_complete(row for part in team.comm.allgather(rows) for row in part)
     if last is None:

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from ..device.team import Team
+from ..mesh.geometry import joined
 from ..planning.partition.body_part import BodyPart
-from ..results.files.late_fields import LateField, Part, joined
+from ..results.files.late_fields import LateField, Part
 from .snapshot import Snapshot
 
 

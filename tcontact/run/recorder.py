@@ -14,9 +14,10 @@ from ..base.errors import FunctionError, InputError, OutputError
 from ..cells.cell_stress import CellStress, pressure_of
 from ..cells.point_state import has_state, metal_field
 from ..cells.stress import VonMises
+from ..mesh.geometry import joined
 from ..results.files.frame_process import FrameProcess
 from ..results.files.joined_file import join_parts
-from ..results.files.late_fields import LateField, joined, whole
+from ..results.files.late_fields import LateField, whole
 from ..results.files.vtkhdf import ResultData, ResultFile
 from ..results.frame_fields import FRICTION, LAYERS, METAL, STRESS, frame_size
 from ..scene.obstacles.description import describe

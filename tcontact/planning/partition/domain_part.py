@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...mesh.box_arrays import BoxMesh
-from ...mesh.geometry import cells_at
+from ...mesh.geometry import cells_at, joined
 from ...mesh.mesh import Mesh
 from ...scene.scene import Scene
 from ..body_plan import BodyPlan, ContactPlan
@@ -101,12 +101,12 @@ class DomainPart:
     def nodes(self) -> np.ndarray:
         """Numbers [n] of the nodes of `domain` in `whole`."""
         starts = self.whole.node_start
-        return _joined([self.bodies[n].nodes + starts[n] if starts[n] else self.bodies[n].nodes for n in self.there])
+        return joined([self.bodies[n].nodes + starts[n] if starts[n] else self.bodies[n].nodes for n in self.there])
 
     @cached_property
     def mass(self) -> np.ndarray:
         """Mass [n] [kg] of the nodes with that of their copies, images together."""
-        return _joined([self.bodies[number].mass for number in self.there])
+        return joined([self.bodies[number].mass for number in self.there])
 
     @cached_property
     def owned(self) -> np.ndarray:
@@ -135,11 +135,6 @@ class DomainPart:
     def nodes_shared(self) -> tuple[tuple[int, np.ndarray], ...]:
         """Return the same as nodes [k] of `domain`."""
         return tuple((other, self.domain.boundary[rows]) for other, rows in self.rows_shared())
-
-
-def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    """Return values of all bodies in one array; no copy for one body."""
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:

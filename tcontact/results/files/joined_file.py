@@ -22,10 +22,13 @@ def join_parts(path: Path, frames: int) -> None:
         return
     new = path.with_name(f".{path.name}.joined")
     static = data.static_fields()
-    with data.opened() as read, ResultFile.create(new, data.points, data.blocks, data.attributes, static) as file:
-        for index in range(frames):
-            frame = read(index)
-            moving = {name: array for name, array in frame.cell_data.items() if name not in static}
-            file.append(frame.time, frame.point_data, moving)
-    os.replace(new, path)
+    try:
+        with data.opened() as read, ResultFile.create(new, data.points, data.blocks, data.attributes, static) as file:
+            for index in range(frames):
+                frame = read(index)
+                moving = {name: array for name, array in frame.cell_data.items() if name not in static}
+                file.append(frame.time, frame.point_data, moving)
+        os.replace(new, path)
+    finally:
+        new.unlink(missing_ok=True)
     shutil.rmtree(path.parent / FOLDER, ignore_errors=True)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...mesh.geometry import chunks_of
+from ...mesh.geometry import chunks_of, joined
 
 AT_ONCE = 1 << 14  # nodes in a portion
 
@@ -41,11 +41,6 @@ class LateField(NamedTuple):
     def values(self) -> np.ndarray:
         """Return the values of all bodies in the user's numbering; no copy for one body."""
         return joined([part.values() for part in self.parts])
-
-
-def joined(parts: list[np.ndarray]) -> np.ndarray:
-    """Return arrays one after the other in one; no copy of a single one."""
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def whole(field: np.ndarray | LateField) -> np.ndarray:

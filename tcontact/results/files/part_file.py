@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .late_fields import joined
+from ...mesh.geometry import joined
 from .part_places import PartPlace
 from .vtkhdf import Blocks, ResultFile, store
 from .vtkhdf_reader import ResultData

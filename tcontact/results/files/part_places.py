@@ -43,7 +43,6 @@ class PartPlace:
 
 
 Blocks = Sequence[tuple[str, np.ndarray]]
-Mesh = tuple[tuple[str, np.ndarray], ...]
 
 
 def joined_mesh(
@@ -54,7 +53,7 @@ def joined_mesh(
     Raises `ValueError` if the parts are not those of one mesh.
     """
     count = sum(len(place.cells) for place, _, _ in parts)
-    points = joined([place.nodes[: place.owned] for place, _, _ in parts], [p[: at.owned] for at, p, _ in parts])
+    points = assembled([place.nodes[: place.owned] for place, _, _ in parts], [p[: at.owned] for at, p, _ in parts])
     kinds, corners = np.empty(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
     names = list(ELEMENTS)
     width = max(cells.shape[1] for _, _, blocks in parts for _, cells in blocks)
@@ -74,7 +73,7 @@ def joined_mesh(
     return points, tuple((names[kinds[a]], np.ascontiguousarray(rows[a:b, : corners[a]])) for a, b in spans)
 
 
-def joined(numbers: Sequence[np.ndarray], values: Sequence[np.ndarray]) -> Any:
+def assembled(numbers: Sequence[np.ndarray], values: Sequence[np.ndarray]) -> Any:
     """Return values [n, ..] of which every part has those of these numbers. Raises `ValueError` if some are missing."""
     count = sum(map(len, numbers))
     result = np.empty((count, *values[0].shape[1:]), dtype=values[0].dtype)

@@ -24,7 +24,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...device.atomic_file import AtomicFile
 from ...mesh.elements import ELEMENTS
-from .late_fields import joined
+from ...mesh.geometry import joined
 from .vtkhdf_reader import CHECK, DAMAGED, FORMAT, Frame, ResultData, checksum
 
 __all__ = ["Frame", "ResultData", "ResultFile"]

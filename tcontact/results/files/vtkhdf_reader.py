@@ -18,7 +18,7 @@ from ...base import validate
 from ...base.errors import InputError
 from ...device.atomic_file import AtomicFile, read_undo
 from ...mesh.elements import ELEMENTS
-from .part_places import FOLDER, PartPlace, joined, joined_mesh, part_path
+from .part_places import FOLDER, PartPlace, assembled, joined_mesh, part_path
 
 FORMAT = 2  # format of the group /tcontact; 1 had no checksums
 CHECK = "crc32"  # attribute of an array that is stored as a whole
@@ -165,7 +165,7 @@ class ResultData:
             try:
                 if self.parts:
                     cells = [part._placed.cells for part in self.parts]
-                    return _joined(cells, [part.static_fields() for part in self.parts])
+                    return _assembled(cells, [part.static_fields() for part in self.parts])
                 arrays = {name: file["VTKHDF/CellData"][name] for name in self.cell_fields}
                 return {name: stored(one, self.format) for name, one in arrays.items() if one.maxshape[0] is not None}
             except DAMAGED as error:
@@ -239,12 +239,12 @@ class JoinedReader:
         nodes, cells = [place.nodes[: place.owned] for place in places], [place.cells for place in places]
         pairs = zip(frames, nodes, strict=True)
         owned = [{name: own[: len(at)] for name, own in frame.point_data.items()} for frame, at in pairs]
-        return Frame(time, _joined(nodes, owned), _joined(cells, [frame.cell_data for frame in frames]))
+        return Frame(time, _assembled(nodes, owned), _assembled(cells, [frame.cell_data for frame in frames]))
 
 
-def _joined(numbers: list[np.ndarray], parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+def _assembled(numbers: list[np.ndarray], parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Return fields of which every part has the rows of these numbers."""
-    return {name: joined(numbers, [fields[name] for fields in parts]) for name in parts[0]}
+    return {name: assembled(numbers, [fields[name] for fields in parts]) for name in parts[0]}
 
 
 def glance(path: Path) -> tuple[np.ndarray, int]:
