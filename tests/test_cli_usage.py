@@ -61,8 +61,9 @@ def test_list_verbose_explains_every_case_and_its_parameters(capsys):
         ([], "COMMAND"),
         (["fly"], "invalid choice"),
         (["run"], "CASE"),
+        (["list", "cube-impact", "no-such-case"], f"use one of {', '.join(cases.names())}"),
         (["run", "cube"], f"use one of {', '.join(cases.names())}"),
-        (["run", "cube-impact", "--set", "cell=4"], "It knows cells, kind"),
+        (["run", "cube-impact", "--set", "cell=4"], "it knows cells, kind"),
         (["run", "cube-impact", "--set", "cells"], "KEY=VALUE"),
         (["run", "cube-impact", "--set", "cells=four"], "a whole number"),
         (["run", "cube-impact", "--set", "cells=4.5"], "a whole number"),
@@ -106,6 +107,7 @@ def test_bad_usage_ends_with_2_and_says_what_to_do(arguments, message, capsys, t
     assert main(arguments) == 2
     captured = capsys.readouterr()
     assert message in captured.err
+    assert not captured.out
     assert not names(tmp_path), "bad usage must not leave files"
     assert not (tmp_path / "runs").exists()
 

@@ -22,8 +22,9 @@ def add(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print the cases."""
     width = max(len(name) for name in cases.names())
-    for name in arguments.cases or cases.names():
-        print(f"{name:<{width}}  {cases.title(name)}")
+    titles = {name: cases.title(name) for name in arguments.cases or cases.names()}  # refuses others
+    for name, title in titles.items():
+        print(f"{name:<{width}}  {title}")
         if not arguments.verbose:
             continue
         for text in (cases.about(name), cases.about_parameters(name)):

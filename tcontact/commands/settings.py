@@ -58,7 +58,7 @@ def read(name: str, case: ModuleType, pairs: Sequence[str]) -> Settings:
         else:
             words = [*known, *extra, *of_scheme]
             raise InputError(
-                "--set", key, f"{name} has no such parameter; {hint(key, words)}It knows {', '.join(words)}"
+                "--set", key, f"{name} has no such parameter; {hint(key, words)}it knows {', '.join(words)}"
             )
     return Settings(scene, scheme, compare)
 
