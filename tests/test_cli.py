@@ -334,6 +334,18 @@ def first_frame(path: Path) -> bool:
         return False
 
 
+def test_doctor_says_that_no_kernels_can_be_kept(monkeypatch, tmp_path, capsys):
+    """A file stands where the folder would be made."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("TI_OFFLINE_CACHE_FILE_PATH", str(tmp_path / "file" / "kernels"))
+    assert main(["doctor"]) == 0
+    assert "kernels cannot be written, so that every run compiles its kernels anew: set" in capsys.readouterr().out
+    assert main(["doctor", "--compile"]) == 2
+    captured = capsys.readouterr()
+    assert not captured.out
+    assert "--compile = True: the kernel cache" in captured.err
+
+
 def test_doctor_finds_this_machine_able(capsys):
     assert main(["doctor"]) == 0
     text = capsys.readouterr().out

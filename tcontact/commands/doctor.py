@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import cases
+from ..base.errors import InputError
 from ..device import ranks, runtime
 from ..device.team import team
 from ..results.report import versions
@@ -24,6 +25,7 @@ from . import ranks_report, settings
 from .devices import cuda_lines
 from .engines import compare_engines
 
+REMEDY = "set XDG_CACHE_HOME, or TI_OFFLINE_CACHE_FILE_PATH, to a folder that can be written and has 64 MB free"
 FIRST_STEPS = 1e-3  # share of the duration of a case, about
 
 
@@ -61,6 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
             for line in found:
                 print(f"{'ranks':<14}{line}", flush=True)
             return checked()
+    if arguments.compile and not runtime.takes_files(runtime.kernel_cache()):
+        raise InputError("--compile", True, f"the kernel cache {runtime.kernel_cache()} cannot be written; {REMEDY}")
     failed = checked()
     if arguments.compile:
         compile_cases(cases.names())
@@ -79,7 +83,11 @@ def checked() -> int:
     if not library:
         return 1
     cache = runtime.kernel_cache()
-    print(f"{'kernel cache':<14}{cache}, {sum(f.stat().st_size for f in cache.rglob('*') if f.is_file()) / 1e6:.1f} MB")
+    if runtime.takes_files(cache):
+        size = sum(file.stat().st_size for file in cache.rglob("*") if file.is_file())
+        print(f"{'kernel cache':<14}{cache}, {size / 1e6:.1f} MB")
+    else:
+        print(f"{'kernel cache':<14}{cache} cannot be written, so that every run compiles its kernels anew: {REMEDY}")
     for line in cuda_lines():
         print(f"{'CUDA':<14}{line}")
     return self_test()

@@ -87,7 +87,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     wanted = threads or cores_of_a_rank()
     cache = kernel_cache()
     _check_address_space()
-    cached = _takes_files(cache)
+    cached = takes_files(cache)
     if cached:
         _drop_stale_lock(cache)
         strike_lost(cache)
@@ -152,7 +152,7 @@ def _home() -> str:
     return home if os.path.isabs(home) else os.devnull
 
 
-def _takes_files(folder: Path) -> bool:
+def takes_files(folder: Path) -> bool:
     """Make a folder and return whether it can hold compiled kernels: where it cannot, Taichi crashes at the end."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
