@@ -17,3 +17,18 @@ def test_a_rank_that_alone_asks_for_the_end_of_a_run_is_told_so(tmp_path):
     done = mpiexec(2, "rank_memory.py", tmp_path, "alone", timeout=120)
     assert done.returncode != 0
     assert done.stderr.count("rank 0 starts a run; rank 1 shares a result") == 1
+
+
+def test_looks_at_whole_bodies_fetch_the_nodes_that_they_read():
+    """What comes to the first rank between frames does not grow with the cells inside the bodies."""
+    done = mpiexec(3, "rank_looks.py")
+    assert done.returncode == 0, done.stderr
+    found = {name: list(map(int, values)) for name, *values in (line.split() for line in done.stdout.splitlines())}
+    assert found["kinds"] == [3]
+    sampled, samples = found["most"]
+    assert 0 < sampled <= samples
+    largest, surface, nodes = found["others"]
+    assert largest == surface < nodes / 2
+    compared, equal = found["equal"]
+    assert compared == equal > 0
+    assert found["touched"] == [1]

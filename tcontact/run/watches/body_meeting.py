@@ -43,7 +43,7 @@ class Surface:
         every = body.mesh.boundary_faces()
         nodes = np.unique(every)
         self.nodes = plan.place[nodes]
-        self.start = plan.reference[self.nodes]
+        self.chosen, self.start = state.chosen(self.nodes), plan.reference[self.nodes]
         self.triangles = _triangles(np.searchsorted(nodes, body.outer_faces))
         self.closed = _triangles(np.searchsorted(nodes, every))
         corners = self.start[self.closed]
@@ -53,7 +53,7 @@ class Surface:
 
     def positions(self, state: BodyView) -> np.ndarray:
         """Return the present positions of the surface nodes [k, 3] [m]."""
-        return np.asarray(self.start + state.latest()[self.nodes])
+        return np.asarray(self.start + state.latest_of(self.chosen))
 
 
 def _unpaired(scene: Scene) -> list[tuple[int, int]]:

@@ -44,13 +44,13 @@ class NormalWatch:
         if run.scene.body_pairs and contact is not None and contact.basis is not None:
             self._normal = contact.basis[0, :, 0]  # one direction serves all bodies in contact
         self._numbers = [n for n in numbers if turns_freely(run.scene.bodies[n])]
-        self._picked, self._reference, self._start, self._mass = [], [], [], []
+        self._chosen, self._reference, self._start, self._mass = [], [], [], []
         for number in self._numbers:
             state = run.states[number]
             picked = np.arange(0, state.plan.node_count, -(-state.plan.node_count // SAMPLES))
-            self._picked.append(picked)
+            self._chosen.append(state.chosen(picked))
             self._reference.append(state.plan.reference[picked])
-            self._start.append(self._reference[-1] + state.latest()[picked])
+            self._start.append(self._reference[-1] + state.latest_of(self._chosen[-1]))
             self._mass.append(state.plan.lumped[picked])
         self._motions = [Motion(one) for one in run.scene.obstacles if one.turns and not one.free]
         self._free = [one for one in run.scene.obstacles if one.free]
@@ -115,10 +115,10 @@ class NormalWatch:
 
     def _angles(self, run: Run, time: float) -> Iterator[tuple[str, float]]:
         """Return name and angle [rad] of every body with normal removal and of every wall that turns."""
-        lists = self._numbers, self._picked, self._reference, self._start, self._mass
-        for number, picked, reference, start, mass in zip(*lists, strict=True):
+        lists = self._numbers, self._chosen, self._reference, self._start, self._mass
+        for number, chosen, reference, start, mass in zip(*lists, strict=True):
             state = run.states[number]
-            now = reference + state.latest()[picked]
+            now = reference + state.latest_of(chosen)
             far = angle(rotation(start, now, mass), self._normal) if np.isfinite(now).all() else np.nan
             yield state.plan.label, far
         for obstacle in self._free:

@@ -53,7 +53,7 @@ class Crossing:
         contact = state.plan.contact
         assert contact is not None
         self.nodes = contact.nodes
-        self.reference = state.plan.reference[self.nodes]
+        self.chosen, self.reference = state.chosen(self.nodes), state.plan.reference[self.nodes]
         self.obstacle, self.half = obstacle, half
         self.motion = Motion(obstacle, dt) if obstacle.moves and not obstacle.free else None
         self.before = self.positions(state, 0.0)
@@ -62,7 +62,7 @@ class Crossing:
 
     def positions(self, state: BodyView, time: float) -> np.ndarray:
         """Return the positions of the nodes [k, 3] [m] in the axes of the obstacle at the time [s]."""
-        now = self.reference + state.latest()[self.nodes]
+        now = self.reference + state.latest_of(self.chosen)
         if self.obstacle.free:
             point, frame = state.pose(self.obstacle)
             return np.asarray((now - point) @ frame.T)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -45,6 +46,17 @@ class Stepped(Protocol):
     def viscous_force(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:
         """Function for the viscous force of contact cells [3n]; None without any."""
         ...
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """Nodes of a body whose displacements are read again and again, see `BodyView.chosen`.
+
+    nodes [k]: their internal numbers; number: how the ranks of a run name them.
+    """
+
+    nodes: np.ndarray
+    number: int = 0
 
 
 class BodyView:
@@ -108,6 +120,14 @@ class BodyView:
     def latest(self) -> np.ndarray:
         """Return the present displacement [n, 3] [m], internal numbering: after a step that at its end."""
         return arrays.get(self.state.u).reshape(-1, 3)[self._nodes]
+
+    def chosen(self, nodes: np.ndarray) -> Chosen:
+        """Return what `latest_of` takes for some nodes [k], internal numbering."""
+        return Chosen(nodes)
+
+    def latest_of(self, chosen: Chosen) -> np.ndarray:
+        """Return the present displacement [k, 3] [m] of chosen nodes, see `latest`."""
+        return self.latest()[chosen.nodes]
 
     def displacement(self) -> np.ndarray:
         """Return the displacement [n, 3] in the user's numbering."""

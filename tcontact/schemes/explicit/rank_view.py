@@ -8,7 +8,7 @@ from the first rank, or from all that share it; where all ranks ask for them, al
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -25,7 +25,20 @@ from ...results.smoothness import PressureRecord
 from ...scene.contact_models import MasslessContact
 from ...scene.friction_models import FrictionLayer
 from ...scene.obstacles import Obstacle
-from .body_view import COVERED, BodyView, Stepped
+from .body_view import COVERED, BodyView, Chosen, Stepped
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenHere:
+    """What a rank owns of the chosen nodes of a body.
+
+    rows [r]: their rows in the state; counts [ranks]: how many each rank has; places [k]: of those of all ranks, one
+    rank after the other, among the chosen ones; on the first rank.
+    """
+
+    rows: np.ndarray
+    counts: np.ndarray
+    places: np.ndarray
 
 
 class Shared(Stepped, Protocol):
@@ -70,6 +83,7 @@ class RankView(BodyView):
         has_cells = len(self.part.part.cells) > 0
         self.own = state.own_views[there.index(number)] if number in there and has_cells else None
         self._shared = state.part.domain.shared is not None  # ranks share the contact
+        self._chosen: list[ChosenHere] = []
 
     @property
     def trouble(self) -> str | None:
@@ -109,6 +123,32 @@ class RankView(BodyView):
     def latest(self) -> np.ndarray:
         """Return the present displacement [n, 3] [m], internal numbering."""
         return self._whole(arrays.get(self.state.u).reshape(-1, 3))
+
+    def chosen(self, nodes: np.ndarray) -> Chosen:
+        """Return what `latest_of` takes for some nodes [k], internal numbering: they alone come from other ranks."""
+        self.choose(nodes)
+        return Chosen(nodes, len(self._chosen) - 1)
+
+    @collective
+    def choose(self, nodes: np.ndarray) -> None:
+        """Note which of some nodes [k] every rank owns."""
+        part, wanted = self.state.part, np.asarray(nodes) + self._nodes.start
+        owned, order = part.nodes[part.owned], np.argsort(wanted)
+        there = np.flatnonzero(np.isin(owned, wanted))
+        places = order[np.searchsorted(wanted, owned[there], sorter=order)]
+        counts = self.team.gathered(np.array(len(there))).astype(np.int64)
+        every = self.lead.collected(places.__getitem__, counts).astype(np.int64)
+        self._chosen.append(ChosenHere(part.owned[there], counts, every))
+
+    def latest_of(self, chosen: Chosen) -> np.ndarray:
+        """Return the present displacement [k, 3] [m] of chosen nodes, see `latest`."""
+        return self.latest_here(chosen.number)
+
+    @collective
+    def latest_here(self, number: int) -> np.ndarray:
+        """Return the present displacement [k, 3] [m] of the nodes of a number in `chosen`."""
+        here, now = self._chosen[number], arrays.get(self.state.u).reshape(-1, 3)
+        return self.lead.collected(lambda some: now[here.rows[some]], here.counts, here.places.__getitem__)
 
     @collective
     def half_step_velocity(self) -> np.ndarray:
