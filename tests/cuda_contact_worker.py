@@ -6,6 +6,7 @@ import os
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import cuda_contact_scenes
 import pytest
 import stopped_runs
+from thread_orders import both_orders
 
 import tcontact as tc
 from tcontact.device import runtime
@@ -104,21 +106,24 @@ def by_several_blocks(name: str) -> dict[str, np.ndarray]:
 def main(out: str) -> None:
     """Run everything and store it."""
     runtime.start("cuda")
-    found: dict[str, np.ndarray] = {}
-    found["search/class"], found["search/damped"] = (
-        np.array(part) for part in cuda_contact_scenes.damped_steps("slowed")
-    )
-    reverse = "FAKE_CUDA_REVERSE" in os.environ
-    for name in cuda_contact_scenes.REVERSED if reverse else cuda_contact_scenes.SCENES:
-        found |= {f"{name}/{key}": value for key, value in cuda_contact_scenes.run(name, "cuda").items()}
-    if not reverse:
-        found |= {f"{name}/calls": np.array(calls_of_a_block(name)) for name in cuda_contact_scenes.COUNTED}
-        for name in cuda_contact_scenes.SHARED:
-            found |= {f"shared-{name}/{key}": value for key, value in by_several_blocks(name).items()}
-        found |= {f"short/{key}": value for key, value in short_of_passes().items()}
-    if cuda_contact_scenes.SLOW and not reverse:
+    found = runs(cuda_contact_scenes.SCENES)
+    found |= {f"{name}/calls": np.array(calls_of_a_block(name)) for name in cuda_contact_scenes.COUNTED}
+    for name in cuda_contact_scenes.SHARED:
+        found |= {f"shared-{name}/{key}": value for key, value in by_several_blocks(name).items()}
+    found |= {f"short/{key}": value for key, value in short_of_passes().items()}
+    if cuda_contact_scenes.SLOW:
         found["resumed"] = resumed()
+    found |= both_orders(lambda: runs(cuda_contact_scenes.REVERSED))
     np.savez(out, **found)
+
+
+def runs(names: Iterable[str]) -> dict[str, np.ndarray]:
+    """Return a search for the stable step and runs of scenes."""
+    words = ("search/class", "search/damped")
+    found = dict(zip(words, map(np.array, cuda_contact_scenes.damped_steps("slowed")), strict=True))
+    for name in names:
+        found |= {f"{name}/{key}": value for key, value in cuda_contact_scenes.run(name, "cuda").items()}
+    return found
 
 
 if __name__ == "__main__":

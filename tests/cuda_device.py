@@ -52,11 +52,8 @@ def register_tool() -> Path:
     return tool
 
 
-def results(folder: Path, reverse: bool = False, worker: Path = WORKER) -> dict[str, np.ndarray]:
-    """Run a worker in a process of its own and return what it stored; its modules (PTX) lie in the folder then.
-
-    reverse: the threads of every launch run in the other order, where the device can do that.
-    """
+def results(folder: Path, worker: Path = WORKER) -> dict[str, np.ndarray]:
+    """Run a worker in a process of its own and return what it stored; its modules (PTX) lie in the folder then."""
     environment = {name: value for name, value in os.environ.items() if name not in SHORT}  # compiled as for a user
     command = [sys.executable, str(worker), str(folder / "found.npz")]
     if not real():
@@ -67,7 +64,6 @@ def results(folder: Path, reverse: bool = False, worker: Path = WORKER) -> dict[
             "FAKE_CUDA_LOG": str(folder / "calls"),
             "FAKE_CUDA_TOOL": f"{sys.executable} {tool} {FAKE.parent / 'ptx2c.py'} {cache}",
         }
-        environment |= {"FAKE_CUDA_REVERSE": "1"} if reverse else {}
         command = ["sh", str(FAKE), *command]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-4000:]

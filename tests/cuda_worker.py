@@ -11,6 +11,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cuda_scenes
+from thread_orders import both_orders
 
 import tcontact as tc
 from tcontact.cells.device_force import DeviceForce
@@ -64,6 +65,14 @@ def main(out: str) -> None:
     found = {"calls": np.array(calls_of_a_block()), "doctor": np.array(cuda_lines())}
     found["search"] = np.array(calls_of_a_search())
     found["bench"] = np.array(calls_of_the_bench())
+    found |= runs()
+    found |= both_orders(runs)
+    np.savez(out, **found)
+
+
+def runs() -> dict[str, np.ndarray]:
+    """Return forces, rates, searches for the stable step and runs."""
+    found: dict[str, np.ndarray] = {}
     for name, make in cuda_scenes.FORCES.items():
         (domain,) = plan(tc.Scene(make(), [], 1e-3, contact=None)).domains
         found[f"{name}/kinds"] = np.array([" ".join(kind) for kind in domain.kinds])
@@ -73,7 +82,7 @@ def main(out: str) -> None:
         found[f"{name}/stable_steps"] = cuda_scenes.stable_steps_of(name)
     for name in (*cuda_scenes.RUNS, *cuda_scenes.CONTACT):
         found |= {f"{name}/{key}": value for key, value in cuda_scenes.run(name, "cuda").items()}
-    np.savez(out, **found)
+    return found
 
 
 if __name__ == "__main__":

@@ -31,6 +31,9 @@ class Watched(RankState):
         STATES.append(self)
         super().__init__(*given)
 
+    def forget(self):
+        """Keep what a run forgets at its end."""
+
 
 def by_bodies(domain, _scene, ranks, _contact=None):
     """A cut that gives the bodies to the ranks in turn."""

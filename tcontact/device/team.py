@@ -112,13 +112,13 @@ class Team:
 
     def shared_out(self, values: np.ndarray | None, rows: np.ndarray) -> np.ndarray:
         """Return the rows [k] of this rank of values [n, ..] that the first rank has, one rank after the other."""
-        wanted = self.comm.gather(rows)
         if not self.leads:
+            parcel.send(self.comm, rows, 0, SHARES)
             found: np.ndarray = self.received_share()
             return found
         assert values is not None
         for rank in range(1, self.size):
-            self.send_share(rank, values[wanted[rank]])
+            self.send_share(rank, values[parcel.receive(self.comm, rank, SHARES)])
         return values[rows]
 
     def total(self, value: float) -> float:

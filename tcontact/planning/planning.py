@@ -223,6 +223,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
             moved = redistribute(masses, massless, free, scene.contact.depth)
             tensors = {"nodes": moved.nodes, "values": moved.tensors}
     cells = renumbered(place, mesh.cells, cell_order)
+    mesh.release()  # of a box: from here on cells have the numbering of the plan
     first = np.zeros(0, dtype=np.int64)
     if can_touch:
         contact = _plan_contact(body, massless, place, cells, cell_order, _cell_viscosity(scene))

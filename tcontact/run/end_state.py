@@ -15,9 +15,17 @@ from .snapshot import Snapshot
 
 def end_state(scene: Scene, states: list[BodyView], last: Snapshot) -> dict[str, Any]:
     """Return the fields of the result with values of nodes and cells; last: the state at the end."""
+    return motion(scene, last) | forces_and_points(scene, states)
+
+
+def motion(scene: Scene, last: Snapshot) -> dict[str, Any]:
+    """Return the fields of `end_state` that say where the nodes are and go."""
+    return {"position": _positions(scene, last), "velocity": last.velocity_field().values()}
+
+
+def forces_and_points(scene: Scene, states: list[BodyView]) -> dict[str, Any]:
+    """Return the other fields of `end_state`."""
     return {
-        "position": _positions(scene, last),
-        "velocity": last.velocity_field().values(),
         "contact_node_force": joined([state.contact_force() for state in states]),
         "layers": tuple(state.layers() for state in states),
         "metals": metal_fields(states) if scene.plastic else {},

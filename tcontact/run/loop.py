@@ -14,6 +14,7 @@ from ..base import validate
 from ..base.errors import FunctionError, InputError, OutputError
 from ..base.warning_kinds import LockingWarning, SlaveWarning
 from ..device import arrays
+from ..planning.body_plan import BodyPlan
 from ..planning.closed_springs import spring_areas
 from ..planning.locking import locking
 from ..planning.measured import combined
@@ -26,6 +27,7 @@ from ..scene.pairs import stiff_slaves
 from ..scene.scene import Scene
 from ..schemes import Scheme
 from ..schemes.explicit.body_view import BodyView
+from ..schemes.explicit.damped_step import ViscousForce
 from ..schemes.explicit.stable_step import StableStep, coarse, largest_rate, with_viscosity
 from .checkpoint.keeper import Keeper
 from .end_checks import end_warnings
@@ -98,9 +100,7 @@ class Run:
                 self.warn(text, LockingWarning)
         for text in stiff_slaves(scene):
             self.warn(text, SlaveWarning)
-        stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
-        stiffness = None if scheme.implicit else stiffness
-        self.limits = self.searches(stiffness)
+        self.limits = self.searches()
         for state, own in zip(self.states, points, strict=bool(points)):
             state.start_points(own)  # the stable step is that of this state
         self.dt_limit = self._limit()
@@ -137,18 +137,21 @@ class Run:
         """Return whether all displacements are finite."""
         return all(bool(np.isfinite(arrays.get(domain.u)).all()) for domain in self.domains)
 
-    def searches(self, stiffness: float | None) -> list[Any]:
-        """Make the search for the stable step of every domain; stiffness [N/m^3]: of a penalty on nodes with mass."""
+    def searches(self) -> list[Any]:
+        """Make the search for the stable step of every domain."""
         return [
-            domain.searches([self._stable_step(view, stiffness) for view in domain.views]) for domain in self.domains
+            domain.searches([self.stable_step(view.plan, view.viscous_force) for view in domain.views])
+            for domain in self.domains
         ]
 
-    def _stable_step(self, view: BodyView, stiffness: float | None) -> StableStep:
-        """Return the search for the stable step of a body; stiffness [N/m^3]: of a penalty on nodes with mass."""
-        springs = spring_areas(self.planned.bodies, self.scene.body_pairs, view.plan) if stiffness else None
-        number = next(number for number, body in enumerate(self.planned.bodies) if body is view.plan)
+    def stable_step(self, plan: BodyPlan, viscous_force: ViscousForce | None = None) -> StableStep:
+        """Return the search for the stable step of a body, see `StableStep`."""
+        contact, scene = self.scene.contact, self.scene
+        stiffness = contact.stiffness if isinstance(contact, PenaltyContact) and not self.scheme.implicit else None
+        springs = spring_areas(self.planned.bodies, scene.body_pairs, plan) if stiffness else None
+        number = next(number for number, body in enumerate(self.planned.bodies) if body is plan)
         rate = max(spring_rates(domain).get(number, 0.0) for domain in self.planned.domains)
-        return StableStep(view.plan, self.scene.obstacles, stiffness, view.viscous_force, springs, rate)
+        return StableStep(plan, scene.obstacles, stiffness, viscous_force, springs, rate)
 
     def _limit(self, **options: int) -> float:
         pairs = zip(self.domains, self.limits, strict=True)

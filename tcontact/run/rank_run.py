@@ -23,6 +23,7 @@ import numpy as np
 
 from ..base import stages
 from ..base.errors import InputError, OutputError
+from ..base.memory import give_back
 from ..contact.pairs.pair_contact import check_starts
 from ..device import runtime
 from ..device.ranks import passed_on
@@ -40,10 +41,10 @@ from ..scene.cell_blocks import AVERAGED
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
 from ..schemes.explicit.rank_state import RankState
-from ..schemes.explicit.stable_step import StableStep
 from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import compare, fingerprint
 from .checkpoint.keeper import Start, start_of
+from .end_state import forces_and_points, motion
 from .folder_lock import locked
 from .guards import Guards
 from .law_checks import check_laws
@@ -56,7 +57,7 @@ from .rank_files import RankKeeper, RankRecorder, SilentRecorder, latest_of_all,
 from .rank_lead import RankGuards, RankLooks
 from .rank_plan import plan_and_parts
 from .rank_recut import other_ranks, restore_parts
-from .rank_snapshot import WholeSnapshot, whole_snapshot
+from .rank_snapshot import WholeBodies, WholeSnapshot
 from .recorder import Recorder, check_folder, make_folder
 from .snapshot import Snapshot
 from .watches.looks import Looks
@@ -110,22 +111,34 @@ class RankRun(Run):
         super().__init__(*given)
 
     def made_states(self, displacement: list[np.ndarray], velocity: list[np.ndarray]) -> list[Any]:
-        """Make the state of this rank's part of every domain."""
+        """Make the state of this rank's part of every domain.
+
+        Before, where the first rank has all contact, what needs cells of whole bodies is made, and they are forgotten.
+        """
+        self._whole = [self.stable_step(plan) if self.team.leads else None for plan in self.planned.bodies]
+        shared = any(part.domain.shared is not None for part in self.parts)
+        if not shared:
+            self.forget()
         found = []
         for part in self.parts:
             u, v = ([values[number] for number in part.whole.numbers] for values in (displacement, velocity))
             found.append(RankState(self.scene, part, u, v, self.planned.layout, self.team))
+        if shared:
+            self.forget()
         return found
 
-    def searches(self, stiffness: float | None) -> list[Any]:
-        """Make the searches for the stable step, the last that needs the cells of whole bodies."""
-        found = super().searches(stiffness)
+    def forget(self) -> None:
+        """Forget cells and positions of whole bodies, which only the first rank may have."""
         forget_cells(self.planned)
-        return found
+        forget_places(self.planned, self.parts)
+        give_back()
 
-    def _stable_step(self, view: BodyView, stiffness: float | None) -> StableStep:
-        """Return the search for the stable step of a body, None on the ranks that do not have its plan."""
-        return super()._stable_step(view, stiffness) if self.team.leads else None  # type: ignore[return-value]
+    def searches(self) -> list[Any]:
+        """Make the search for the stable step of every domain."""
+        give_back()  # what the states needed on the way
+        whole = dict(zip(map(id, self.planned.bodies), self._whole, strict=True))
+        del self._whole
+        return [domain.searches([whole[id(view.plan)] for view in domain.views]) for domain in self.domains]
 
     def watches(self) -> tuple[Guards, Looks]:
         """Make the guards and the looks of the run."""
@@ -146,10 +159,17 @@ class RankRun(Run):
         views = [view for _, _, view in self.bodies_here]
         return Snapshot(views, before, after, self.dt, self.scheme.implicit)
 
-    def whole_snapshot(self, own: Snapshot, last: bool = False) -> WholeSnapshot | None:
-        """Return the state of all bodies on the first rank, see `rank_snapshot.whole_snapshot`; all ranks call it."""
-        parts = [(number, part) for number, part, _ in self.bodies_here]
-        return whole_snapshot(self.team, self.states, parts, own, last)
+    def _whole_bodies(self, here: Sequence[tuple[int, BodyPart, Any]]) -> WholeBodies:
+        """Return what puts values of the nodes of all ranks together; here: `bodies_here`."""
+        sizes = [plan.node_count for plan in self.planned.bodies]
+        return WholeBodies(self.team, sizes, [(number, part) for number, part, _ in here])
+
+    def whole_snapshot(self, own: Snapshot) -> WholeSnapshot | None:
+        """Return the state of all bodies on the first rank, None on the others; all ranks call it."""
+        whole = self._whole_bodies(self.bodies_here)
+        velocities = [part.values() for part in own.velocity_field().parts]
+        found = WholeSnapshot(self.states, whole.of(own.displacements), whole.of(velocities))
+        return found if self.team.leads else None
 
     @property
     def result_type(self) -> Any:
@@ -157,9 +177,18 @@ class RankRun(Run):
         return Result if self.team.leads else partial(ResultElsewhere.on, self.team.rank)
 
     def end_state(self, last: Snapshot) -> dict[str, Any]:
-        """Return the fields of the result with values of nodes and cells, on the first rank."""
-        whole: Any = self.whole_snapshot(last, last=True)
-        return self.team.lead.alone(lambda: super(RankRun, self).end_state(whole)) or {}
+        """Return the fields of the result with values of nodes and cells, on the first rank.
+
+        The steps are done: all ranks forget their states before the first one makes room for whole bodies.
+        """
+        others = self.team.lead.alone(lambda: forces_and_points(self.scene, self.states))
+        here, (displacements, velocities) = self.bodies_here, last.last_values()
+        for domain in self.domains:
+            domain.forget()
+        give_back()
+        whole = self._whole_bodies(here)
+        found = WholeSnapshot([], whole.of(displacements), whole.of(velocities))
+        return {} if others is None else motion(self.scene, found) | others
 
     def cut_by(self, signal: str) -> str:
         """Return the name of the signal that some rank has received, "" without."""
@@ -190,9 +219,8 @@ class RankRun(Run):
 class RecutRun(RankRun):
     """`RankRun` that goes on with checkpoints of another number of ranks, for which its plan keeps the cells."""
 
-    def searches(self, stiffness: float | None) -> list[Any]:
-        """Make the searches for the stable step."""
-        return Run.searches(self, stiffness)
+    def forget(self) -> None:
+        """Forget nothing."""
 
 
 @contextmanager
@@ -270,7 +298,6 @@ def simulate_on_ranks(
             if team.leads:
                 ending.enter_context(locked(folder))
         run = _made(RankRun, team, planned, parts, asked)
-        forget_places(planned, parts)
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
         if said is not None:
             run.warn(said)
@@ -339,7 +366,6 @@ def resume_on_ranks(
         run = _made(RankRun if before == team.size else RecutRun, team, planned, parts, asked)
         new = contents.prints(run)
         if before == team.size:
-            forget_places(planned, parts)
             contents.restore(run, stored[0].found, stored[0].values)
         else:
             restore_parts(run, planned, stored, team)  # type: ignore[arg-type]

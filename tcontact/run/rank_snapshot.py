@@ -1,4 +1,4 @@
-"""The state of whole bodies on the first rank, at the end of a run on several, from what each has of them.
+"""The state of whole bodies on the first rank of a run on several, from what each has of them.
 
 Frames do not need it where each rank writes its part (part_recorder.py).
 """
@@ -44,27 +44,23 @@ class WholeSnapshot(Snapshot):
         return _field(self._velocities)
 
 
-def whole_snapshot(
-    team: Team, states: Sequence[Any], parts: Sequence[tuple[int, BodyPart]], own: Snapshot, last: bool = False
-) -> WholeSnapshot | None:
-    """Return the state of whole bodies on the first rank, None on the others; all ranks call it.
+class WholeBodies:
+    """Puts values of the nodes of all ranks together on the first one; all ranks make it and call it.
 
-    states: views of all bodies; parts: of the bodies of which this rank has nodes, by their number; own: their
-    state; last: it may forget its displacements.
+    sizes: number of nodes of every body; parts: of the bodies of which this rank has nodes, by their number.
     """
-    starts = np.cumsum([0, *(state.plan.node_count for state in states)])
-    rows, numbers = _owned(team.rank, starts, parts)
-    counts = team.gathered(np.array(len(rows))).astype(np.int64)
-    places = team.lead.collected(numbers.__getitem__, counts).astype(np.int32)
 
-    def whole(values: list[np.ndarray]) -> list[np.ndarray]:
-        mine = joined(values) if parts else np.zeros((0, 3))
-        found = team.lead.collected(lambda some: mine[rows[some]], counts, places.__getitem__)
-        return np.split(found, starts[1:-1])
+    def __init__(self, team: Team, sizes: Sequence[int], parts: Sequence[tuple[int, BodyPart]]) -> None:
+        self.team, self.starts, self.there = team, np.cumsum([0, *sizes]), bool(parts)
+        self.rows, numbers = _owned(team.rank, self.starts, parts)
+        self.counts = team.gathered(np.array(len(self.rows))).astype(np.int64)
+        self.places = team.lead.collected(numbers.__getitem__, self.counts).astype(np.int32)
 
-    displacements = whole([*own.last_displacements()] if last else own.displacements)
-    velocities = whole([part.values() for part in own.velocity_field().parts])
-    return WholeSnapshot(states, displacements, velocities) if team.leads else None
+    def of(self, values: list[np.ndarray]) -> list[np.ndarray]:
+        """Return the values [n, 3] of every body on the first rank; values: of the parts of this rank, in order."""
+        mine = joined(values) if self.there else np.zeros((0, 3))
+        read, placed = (lambda some: mine[self.rows[some]]), self.places.__getitem__
+        return np.split(self.team.lead.collected(read, self.counts, placed), self.starts[1:-1])
 
 
 def _owned(rank: int, starts: np.ndarray, parts: Sequence[tuple[int, BodyPart]]) -> tuple[np.ndarray, np.ndarray]:

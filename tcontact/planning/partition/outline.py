@@ -74,7 +74,7 @@ def forget_cells(planned: Plan | PlanOutline) -> None:
 
 
 def forget_places(planned: Plan | PlanOutline, parts: Sequence[DomainPart]) -> None:
-    """Let a plan forget the positions of its nodes, which nothing reads while the ranks step their parts.
+    """Let a plan forget the positions of its nodes, which the ranks have of their parts.
 
     parts: of this rank, of all domains; ranks that share a contact keep the positions. What is left has the right
     shape and takes no memory.

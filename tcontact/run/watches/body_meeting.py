@@ -43,7 +43,8 @@ class Surface:
         every = body.mesh.boundary_faces()
         nodes = np.unique(every)
         self.nodes = plan.place[nodes]
-        self.chosen, self.start = state.chosen(self.nodes), plan.reference[self.nodes]
+        self.chosen = state.chosen(self.nodes)
+        self.start = state.start_of(self.chosen)
         self.triangles = _triangles(np.searchsorted(nodes, body.outer_faces))
         self.closed = _triangles(np.searchsorted(nodes, every))
         corners = self.start[self.closed]

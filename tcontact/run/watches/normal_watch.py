@@ -49,7 +49,7 @@ class NormalWatch:
             state = run.states[number]
             picked = np.arange(0, state.plan.node_count, -(-state.plan.node_count // SAMPLES))
             self._chosen.append(state.chosen(picked))
-            self._reference.append(state.plan.reference[picked])
+            self._reference.append(state.start_of(self._chosen[-1]))
             self._start.append(self._reference[-1] + state.latest_of(self._chosen[-1]))
             self._mass.append(state.plan.lumped[picked])
         self._motions = [Motion(one) for one in run.scene.obstacles if one.turns and not one.free]
@@ -72,7 +72,7 @@ class NormalWatch:
             state, body = run.states[number], run.scene.bodies[number]
             if state.starts_as_one():  # without a spin
                 continue
-            nodes = state.plan.to_user(state.plan.reference + state.latest())
+            nodes = body.mesh.nodes + state.plan.to_user(state.latest())
             mass = state.plan.to_user(state.plan.lumped)
             turns = spin(body, state.plan.to_user(state.start_velocity), nodes, mass)
             if self._normal is not None:

@@ -53,7 +53,8 @@ class Crossing:
         contact = state.plan.contact
         assert contact is not None
         self.nodes = contact.nodes
-        self.chosen, self.reference = state.chosen(self.nodes), state.plan.reference[self.nodes]
+        self.chosen = state.chosen(self.nodes)
+        self.reference = state.start_of(self.chosen)
         self.obstacle, self.half = obstacle, half
         self.motion = Motion(obstacle, dt) if obstacle.moves and not obstacle.free else None
         self.before = self.positions(state, 0.0)

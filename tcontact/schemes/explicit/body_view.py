@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -19,6 +18,7 @@ from ...results.smoothness import PressureRecord
 from ...scene.friction_models import FrictionLayer
 from ...scene.obstacles import Obstacle
 from ...scene.scene import Scene
+from ..chosen_nodes import ChosenNodes
 
 COVERED = 0.05  # least area of a contact pressure between bodies over the weight of its node
 
@@ -48,18 +48,7 @@ class Stepped(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False)
-class Chosen:
-    """Nodes of a body whose displacements are read again and again, see `BodyView.chosen`.
-
-    nodes [k]: their internal numbers; number: how the ranks of a run name them.
-    """
-
-    nodes: np.ndarray
-    number: int = 0
-
-
-class BodyView:
+class BodyView(ChosenNodes):
     """Values of body `number` of a domain's state, in the numbering that each method names."""
 
     def __init__(self, state: Stepped, number: int) -> None:
@@ -120,14 +109,6 @@ class BodyView:
     def latest(self) -> np.ndarray:
         """Return the present displacement [n, 3] [m], internal numbering: after a step that at its end."""
         return arrays.get(self.state.u).reshape(-1, 3)[self._nodes]
-
-    def chosen(self, nodes: np.ndarray) -> Chosen:
-        """Return what `latest_of` takes for some nodes [k], internal numbering."""
-        return Chosen(nodes)
-
-    def latest_of(self, chosen: Chosen) -> np.ndarray:
-        """Return the present displacement [k, 3] [m] of chosen nodes, see `latest`."""
-        return self.latest()[chosen.nodes]
 
     def displacement(self) -> np.ndarray:
         """Return the displacement [n, 3] in the user's numbering."""

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...planning.body_plan import BodyPlan
+from .start_vectors import random_vector
 
 Search = Generator[bool, None, Any]  # yields when a displacement [3n] needs its acceleration -M^-1 f
 Product = Callable[[np.ndarray, np.ndarray, np.ndarray], Search]
@@ -70,7 +71,7 @@ class DampedStep:
         Lanczos with momenta p and displacements x = M^-1 p, normalised to a kinetic energy p.x/2 = 1/2, needs M^-1
         only.
         """
-        start = np.random.default_rng(20071).uniform(-1.0, 1.0, u.size) if self.start is None else self.start
+        start = random_vector(u.size) if self.start is None else self.start
         p = self._summed(start)
         x = self._moved(p)
         length = np.sqrt(self._sum(dot(p, x)))

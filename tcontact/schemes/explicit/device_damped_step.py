@@ -11,6 +11,7 @@ from ...cells.device_viscosity import DeviceCellViscosity
 from ...device import arrays
 from ...device.launch import Prepared
 from .damped_step import CLOSE, ROUNDS, DampedStep
+from .start_vectors import random_vector
 
 
 class ViscousPass(Protocol):
@@ -98,7 +99,7 @@ class DeviceDampedStep:
         """Search the fastest mode of M^-1 (K + rate C) as `DampedStep` does; its momenta are `start` then."""
         if nodes[0] not in self._searched:
             self._searched.add(nodes[0])
-            first = np.random.default_rng(20071).uniform(-1.0, 1.0, 3 * (nodes[1] - nodes[0]))
+            first = random_vector(3 * (nodes[1] - nodes[0]))
             arrays.set_values(self.start, first, 3 * nodes[0])
         square, largest = self._begin(nodes)
         length, beta = float(np.sqrt(square)), 0.0

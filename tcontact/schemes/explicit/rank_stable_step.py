@@ -17,6 +17,7 @@ from ...planning.partition.body_part import BodyPart
 from ...planning.partition.domain_part import DomainPart
 from .damped_step import DampedStep
 from .stable_step import DIFFERENCE, StableStep, StableSteps
+from .start_vectors import random_rows
 
 if TYPE_CHECKING:
     from .body_view import BodyView
@@ -73,20 +74,32 @@ class RankStep(StableStep):
         self.bound, self.elastic, self.damped = None, np.inf, np.inf
         self.mass, self.penalty = part.mass, _penalty(whole, part, team)
         self.start = None
-        first = None if whole is None else whole.first_vector().reshape(-1, 3)
-        self._begin = team.shared_out(first, part.nodes).reshape(-1)
+        self._begin = self._random(whole, part)
         self.damping = None
         if part.whole.viscous_cells:
             force = None if view is None else view.viscous_force
             product, small = self.stiffness_product, DIFFERENCE * self.size
             self.damping = RankDamped(part, product, force or _nothing, small, team)
 
+    def _random(self, whole: StableStep | None, part: BodyPart) -> np.ndarray:
+        """Return the random vector of the first search, which is that of the whole body."""
+        sizes = None if whole is None else whole.first_sizes()
+        numbers = part.nodes
+        images = None if whole is None else whole.plan.images
+        if self.team.from_first(images is not None):
+            masters = None if images is None else images.master
+            sizes = None if sizes is None or masters is None else sizes[masters]
+            numbers = self.team.shared_out(masters, part.nodes)
+        found = random_rows(numbers)
+        found *= self.team.shared_out(sizes, part.nodes)[:, None]
+        return found.reshape(-1)
+
     def _first(self, here: np.ndarray) -> np.ndarray:
         """Return a start vector of length 1; the first one is that of the whole body."""
         if self.start is not None:
             return super()._first(here)
         found, self._begin = self._begin, np.zeros(0)
-        return found
+        return self._unit(found, found)
 
     def _sum(self, value: float) -> float:
         return self.team.total(value)
@@ -120,10 +133,7 @@ class RankDamped(DampedStep):
         self.team, boundary = team, part.plan.boundary
         self.halo = team.exchange(tuple((other, boundary[rows]) for other, rows in part.shared))
         self.count = 3 * part.whole.node_count
-        whole = None
-        if team.leads:
-            whole = np.random.default_rng(20071).uniform(-1.0, 1.0, self.count).reshape(-1, 3)
-        mine = team.shared_out(whole, part.nodes)
+        mine = random_rows(part.nodes)
         mine[part.part.owner[part.plan.node_order] != part.part.rank] = 0.0
         self.start = mine.reshape(-1)
 

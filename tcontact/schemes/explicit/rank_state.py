@@ -68,8 +68,6 @@ class RankState(DomainState):
         self.exchange = self._add
         self._trouble: tuple[int, str] | None = None
         self.counts = team.gathered(np.array(len(part.owned))).astype(np.int64)
-        # numbers in the whole domain of the nodes that each rank owns; on the first rank
-        self.collected = team.lead.collected(part.nodes[part.owned].__getitem__, self.counts).astype(np.int32)
         contact = self.contact
         self.residual_shares = self._shared_contact()
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
@@ -165,10 +163,15 @@ class RankState(DomainState):
         sums = float(energy.sum()), float(lowest.min()), float(rate.max()), float(count.sum())
         return *sums, *(float(one.max()) for one in others)
 
+    def forget(self) -> None:
+        """Forget all arrays after the last step, when nothing is asked of the state any more."""
+        self.__dict__.clear()
+
     def whole(self, values: np.ndarray) -> np.ndarray:
         """Return values [n, ..] of the nodes of the whole domain on the first rank, and none on the others."""
-        places, owned = self.collected, self.part.owned
-        return self.team.lead.collected(lambda rows: values[owned[rows]], self.counts, places.__getitem__)
+        lead, owned = self.team.lead, self.part.owned
+        places = lead.collected(self.part.nodes[owned].__getitem__, self.counts).astype(np.int32)
+        return lead.collected(lambda rows: values[owned[rows]], self.counts, places.__getitem__)
 
     def whole_on_all(self, values: np.ndarray) -> np.ndarray:
         """Return values [n, ..] of the nodes of the whole domain on all ranks."""

@@ -25,7 +25,8 @@ from ...results.smoothness import PressureRecord
 from ...scene.contact_models import MasslessContact
 from ...scene.friction_models import FrictionLayer
 from ...scene.obstacles import Obstacle
-from .body_view import COVERED, BodyView, Chosen, Stepped
+from ..chosen_nodes import Chosen
+from .body_view import COVERED, BodyView, Stepped
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +126,7 @@ class RankView(BodyView):
         return self._whole(arrays.get(self.state.u).reshape(-1, 3))
 
     def chosen(self, nodes: np.ndarray) -> Chosen:
-        """Return what `latest_of` takes for some nodes [k], internal numbering: they alone come from other ranks."""
+        """Return what `start_of` and `latest_of` take for some nodes [k]: they alone come from other ranks."""
         self.choose(nodes)
         return Chosen(nodes, len(self._chosen) - 1)
 
@@ -140,15 +141,28 @@ class RankView(BodyView):
         every = self.lead.collected(places.__getitem__, counts).astype(np.int64)
         self._chosen.append(ChosenHere(part.owned[there], counts, every))
 
+    def start_of(self, chosen: Chosen) -> np.ndarray:
+        """Return the positions [k, 3] [m] of chosen nodes before anything moves."""
+        return self.start_here(chosen.number)
+
     def latest_of(self, chosen: Chosen) -> np.ndarray:
         """Return the present displacement [k, 3] [m] of chosen nodes, see `latest`."""
         return self.latest_here(chosen.number)
 
     @collective
+    def start_here(self, number: int) -> np.ndarray:
+        """Return `start_of` nodes of a number in `chosen`."""
+        return self._of_chosen(number, self.state.part.domain.reference)
+
+    @collective
     def latest_here(self, number: int) -> np.ndarray:
-        """Return the present displacement [k, 3] [m] of the nodes of a number in `chosen`."""
-        here, now = self._chosen[number], arrays.get(self.state.u).reshape(-1, 3)
-        return self.lead.collected(lambda some: now[here.rows[some]], here.counts, here.places.__getitem__)
+        """Return `latest_of` nodes of a number in `chosen`."""
+        return self._of_chosen(number, arrays.get(self.state.u).reshape(-1, 3))
+
+    def _of_chosen(self, number: int, values: np.ndarray) -> np.ndarray:
+        """Return the values of chosen nodes on the first rank; values [n, 3]: of the nodes of this rank."""
+        here = self._chosen[number]
+        return self.lead.collected(lambda some: values[here.rows[some]], here.counts, here.places.__getitem__)
 
     @collective
     def half_step_velocity(self) -> np.ndarray:

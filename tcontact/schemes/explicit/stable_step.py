@@ -19,6 +19,7 @@ from ...planning.body_plan import BodyPlan
 from ...scene.obstacles import Obstacle
 from .damped_step import DampedStep, Search, ViscousForce
 from .long_vectors import Vectors, dot, nodes_of, portions
+from .start_vectors import random_vector
 
 PRODUCTS = 20
 SAFETY = 0.98
@@ -166,13 +167,18 @@ class StableStep:
         if self.start is not None:
             found = self._unit(self.start) + self._unit(self._tied(here))
             return self._unit(found if self._most(float(found.any())) > 0.0 else self.start)
-        assert self.bound is not None
-        found = np.random.default_rng(20071).uniform(-1.0, 1.0, here.size)
-        found.reshape(-1, 3)[:] *= ((self.bound / self.bound.max()) ** 4)[:, None]
-        self.bound = None  # only the first search begins so
+        found = random_vector(here.size)
+        found.reshape(-1, 3)[:] *= self.first_sizes()[:, None]
         if self.plan.images is not None:
             found = self.plan.images.follow(found.reshape(-1, 3)).reshape(-1)
         return self._unit(found, found)
+
+    def first_sizes(self) -> np.ndarray:
+        """Return the size [n] of the random vector of the first search at every node, and forget it."""
+        assert self.bound is not None
+        found, self.bound = self.bound, None
+        np.divide(found, found.max(), out=found)
+        return np.power(found, 4, out=found)
 
     def _unit(self, vector: np.ndarray, room: np.ndarray | None = None) -> np.ndarray:
         """Scale a vector to a kinetic energy of 1/2, in `room` if given; one without energy is not changed."""

@@ -16,6 +16,7 @@ from ....planning.measured import Layout
 from ....planning.rotation import moves_as_one
 from ....results.smoothness import PressureRecord
 from ....scene.scene import Scene
+from ...chosen_nodes import ChosenNodes
 from ...explicit.stable_step import StableStep, StableSteps
 from ...sensors import Sensors, sensed
 from .body import ImplicitBody, Level, Taken
@@ -54,7 +55,7 @@ class Contact:
         self.trouble: str | None = None
 
 
-class ImplicitState:
+class ImplicitState(ChosenNodes):
     """Level and row of one body; displacement, velocity [n, 3]: its start, in the user's numbering."""
 
     rows_at_once = 1
