@@ -1,7 +1,5 @@
 """The threads of every launch in reversed order, on the CUDA device that runs them one by one (fake_cuda.sh)."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 
