@@ -181,6 +181,7 @@ class RankRun(Run):
 
         The steps are done: all ranks forget their states before the first one makes room for whole bodies.
         """
+        give_back()
         others = self.team.lead.alone(lambda: forces_and_points(self.scene, self.states))
         here, (displacements, velocities) = self.bodies_here, last.last_values()
         for domain in self.domains:

@@ -103,8 +103,8 @@ def body_part(plan: BodyPlan, part: Part, acts: bool, share: BodyShare | None = 
     this rank has of it then.
     """
     body = _part_of_body(plan.body, part, acts, share is not None)
-    nodes = np.sort(plan.place[part.nodes])
-    node_order = np.searchsorted(part.nodes, plan.node_order[nodes])
+    nodes = np.sort(plan.place[part.nodes]).astype(np.int32)
+    node_order = np.searchsorted(part.nodes, plan.node_order[nodes]).astype(np.int32)
     place, number = inverse(node_order), np.full(len(plan.reference), -1, dtype=np.int64)
     number[nodes] = np.arange(len(nodes))
     touching = np.zeros(0, dtype=np.int64)

@@ -70,6 +70,7 @@ def forget_cells(planned: Plan | PlanOutline) -> None:
     for plan in planned.bodies:
         plan.__dict__["blocks"] = tuple(replace(one, cells=np.array(one.cells[:0])) for one in plan.blocks)
         plan.__dict__.update(cells=np.array(plan.cells[:0]), cell_order=np.array(plan.cell_order[:0]))
+        plan.__dict__.update(node_order=plan.node_order.astype(np.int32))  # half the memory
         plan.body.mesh.release()
 
 

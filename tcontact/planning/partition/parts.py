@@ -82,7 +82,7 @@ def part_of_rank(
     owner = np.full(len(nodes), own, dtype=np.int32)
     np.minimum.at(owner, places, others.astype(np.int32))
     shared = tuple((int(other), places[others == other]) for other in np.unique(others))
-    return Part(own, np.flatnonzero(rank == own).astype(np.int32), nodes, owner, shared)
+    return Part(own, np.flatnonzero(rank == own).astype(np.int32), nodes.astype(np.int32), owner, shared)
 
 
 def _with_ranks(blocks: Iterable[tuple[str, IntArray]], rank: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
