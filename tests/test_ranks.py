@@ -18,7 +18,7 @@ from tcontact.device import ranks
 from tcontact.lab.bench.rank_steps import model
 from tcontact.planning.partition.cell_graph import CellGraph
 from tcontact.planning.partition.cut import cut_beside
-from tcontact.run.rank_run import check_ranks
+from tcontact.run.rank_checks import check_ranks
 from tcontact.schemes.explicit.rank_state import RankState
 from tcontact.schemes.explicit.state import DomainState
 

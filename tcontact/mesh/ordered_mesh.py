@@ -24,7 +24,7 @@ class Ordered(NamedTuple):
 
     places: FloatArray
     rows: NDArray[np.integer]
-    node_order: IntArray
+    node_order: NDArray[np.integer]
     cell_order: NDArray[np.integer]
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.lanes import WIDTH
 from ..mesh.geometry import chunks_of, grid_planes
+
+Integer = TypeVar("Integer", bound=np.integer)
 
 
 def slab_order(
@@ -44,7 +48,7 @@ def slab_order(
     return node_order, np.lexsort((total, lowest))
 
 
-def inverse(order: NDArray[np.int64]) -> NDArray[np.int64]:
+def inverse(order: NDArray[Integer]) -> NDArray[Integer]:
     """Return the places [n] of the numbers of a permutation [n]."""
     place = np.empty_like(order)
     place[order] = np.arange(len(order))
@@ -52,7 +56,7 @@ def inverse(order: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def renumbered(
-    place: NDArray[np.int64], cells: NDArray[np.integer], order: NDArray[np.integer] | None = None
+    place: NDArray[np.integer], cells: NDArray[np.integer], order: NDArray[np.integer] | None = None
 ) -> NDArray[np.int32]:
     """Return the cells [m, corners] with nodes by their places [n], those of `order` in that order, in 32 bits."""
     result = np.empty((len(cells if order is None else order), cells.shape[1]), dtype=np.int32)

@@ -14,21 +14,18 @@ from ..base import validate
 from ..base.errors import FunctionError, InputError, OutputError
 from ..base.warning_kinds import LockingWarning, SlaveWarning
 from ..device import arrays
-from ..planning.body_plan import BodyPlan
-from ..planning.closed_springs import spring_areas
 from ..planning.locking import locking
 from ..planning.measured import combined
 from ..planning.planning import Plan
-from ..planning.springs import spring_rates
 from ..results.result import Maximum, Result
-from ..scene.contact_models import MasslessContact, PenaltyContact
+from ..scene.contact_models import MasslessContact
 from ..scene.friction_models import FLUTTERS
 from ..scene.pairs import stiff_slaves
 from ..scene.scene import Scene
 from ..schemes import Scheme
 from ..schemes.explicit.body_view import BodyView
-from ..schemes.explicit.damped_step import ViscousForce
-from ..schemes.explicit.stable_step import StableStep, coarse, largest_rate, with_viscosity
+from ..schemes.explicit.stable_step import coarse, largest_rate, with_viscosity
+from .body_search import body_search
 from .checkpoint.keeper import Keeper
 from .end_checks import end_warnings
 from .end_state import end_state
@@ -140,18 +137,9 @@ class Run:
     def searches(self) -> list[Any]:
         """Make the search for the stable step of every domain."""
         return [
-            domain.searches([self.stable_step(view.plan, view.viscous_force) for view in domain.views])
+            domain.searches([body_search(self, view.plan, view.viscous_force) for view in domain.views])
             for domain in self.domains
         ]
-
-    def stable_step(self, plan: BodyPlan, viscous_force: ViscousForce | None = None) -> StableStep:
-        """Return the search for the stable step of a body, see `StableStep`."""
-        contact, scene = self.scene.contact, self.scene
-        stiffness = contact.stiffness if isinstance(contact, PenaltyContact) and not self.scheme.implicit else None
-        springs = spring_areas(self.planned.bodies, scene.body_pairs, plan) if stiffness else None
-        number = next(number for number, body in enumerate(self.planned.bodies) if body is plan)
-        rate = max(spring_rates(domain).get(number, 0.0) for domain in self.planned.domains)
-        return StableStep(plan, scene.obstacles, stiffness, viscous_force, springs, rate)
 
     def _limit(self, **options: int) -> float:
         pairs = zip(self.domains, self.limits, strict=True)

@@ -11,7 +11,7 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -37,10 +37,10 @@ from ..results import frame_fields
 from ..results.elsewhere import ResultElsewhere
 from ..results.report import versions
 from ..results.result import Maximum, Result
-from ..scene.cell_blocks import AVERAGED
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
 from ..schemes.explicit.rank_state import RankState
+from .body_search import body_search
 from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import compare, fingerprint
 from .checkpoint.keeper import Start, start_of
@@ -63,42 +63,6 @@ from .snapshot import Snapshot
 from .watches.looks import Looks
 from .written_run import carry_out
 
-COMPARED = 16  # values by which the functions of time of two ranks are compared
-ONE_RANK = "runs on one rank in this version; leave it out, or start the run without mpiexec"
-
-
-def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
-    """Refuse what runs on one rank alone. Raises `InputError`, which names the first such field."""
-    if scheme.implicit:
-        raise InputError("scheme", scheme.name, f"an implicit scheme {ONE_RANK}")
-    if arch != "cpu":
-        raise InputError("arch", arch, f"a GPU {ONE_RANK}")
-    for number, body in enumerate(scene.bodies):
-        if any(AVERAGED in block.element for block in body.blocks):
-            raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, f"an average at nodes {ONE_RANK}")
-    if ranks > 1:
-        try:
-            import pymetis  # noqa: F401
-        except ImportError as error:
-            raise InputError("ranks", ranks, "they need pymetis; pip install 'tcontact[mpi]'") from error
-
-
-def check_alike(team: Team, scene: Scene, scheme: Any, options: Mapping[str, Any]) -> None:
-    """Refuse ranks that have different scenes or options, by name: of `simulate` or `resume`, with their values.
-
-    Raises `InputError` on all ranks, which names the first that differs.
-    """
-    own = fingerprint(scene, scheme, COMPARED) | {name: repr(value) for name, value in options.items()}
-    first = team.from_first(own)
-    differs = [name for name in [*first, *own] if first.get(name) != own.get(name)]
-    error = None
-    if differs:
-        name, remedy = differs[0], "all ranks run one scene together, with the same options"
-        was = first.get(name, "not there")
-        found = f"rank {team.rank} has that and the first rank {was}; {remedy}; scenes of their own run without mpiexec"
-        error = InputError(name, own.get(name, "not there"), found)
-    team.agree(error)
-
 
 class RankRun(Run):
     """`Run` with the states of this rank's parts; parts: of all domains.
@@ -115,7 +79,7 @@ class RankRun(Run):
 
         Before, where the first rank has all contact, what needs cells of whole bodies is made, and they are forgotten.
         """
-        self._whole = [self.stable_step(plan) if self.team.leads else None for plan in self.planned.bodies]
+        self._whole = [body_search(self, plan) if self.team.leads else None for plan in self.planned.bodies]
         shared = any(part.domain.shared is not None for part in self.parts)
         if not shared:
             self.forget()

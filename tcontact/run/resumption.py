@@ -28,8 +28,9 @@ from .loop import Run
 from .precision import check_precision, set_precision
 from .prepared import record_friction
 from .progress import ProgressBar
+from .rank_checks import check_alike, check_ranks
 from .rank_recut import other_ranks, restore_parts
-from .rank_run import check_alike, check_ranks, resume_on_ranks
+from .rank_run import resume_on_ranks
 from .recorder import FILE, Recorder, writing_beside
 from .simulation import start_of_scene
 from .written_run import carry_out

@@ -39,7 +39,8 @@ from .loop import Run
 from .precision import check_precision
 from .prepared import checkpoint_head, finished_plan, start_layers
 from .progress import ProgressBar
-from .rank_run import Asked, check_alike, check_ranks, simulate_on_ranks
+from .rank_checks import check_alike, check_ranks
+from .rank_run import Asked, simulate_on_ranks
 from .recorder import Recorder, check_folder, make_folder, writing_beside
 from .written_run import carry_out
 

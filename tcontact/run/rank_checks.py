@@ -1,0 +1,48 @@
+"""What a run on several ranks refuses: scenes that take one rank, and ranks with different scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..base.errors import InputError
+from ..device.team import Team
+from ..scene.cell_blocks import AVERAGED
+from ..scene.scene import Scene
+from .checkpoint.fingerprint import fingerprint
+
+COMPARED = 16  # values by which the functions of time of two ranks are compared
+ONE_RANK = "runs on one rank in this version; leave it out, or start the run without mpiexec"
+
+
+def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
+    """Refuse what runs on one rank alone. Raises `InputError`, which names the first such field."""
+    if scheme.implicit:
+        raise InputError("scheme", scheme.name, f"an implicit scheme {ONE_RANK}")
+    if arch != "cpu":
+        raise InputError("arch", arch, f"a GPU {ONE_RANK}")
+    for number, body in enumerate(scene.bodies):
+        if any(AVERAGED in block.element for block in body.blocks):
+            raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, f"an average at nodes {ONE_RANK}")
+    if ranks > 1:
+        try:
+            import pymetis  # noqa: F401
+        except ImportError as error:
+            raise InputError("ranks", ranks, "they need pymetis; pip install 'tcontact[mpi]'") from error
+
+
+def check_alike(team: Team, scene: Scene, scheme: Any, options: Mapping[str, Any]) -> None:
+    """Refuse ranks that have different scenes or options, by name: of `simulate` or `resume`, with their values.
+
+    Raises `InputError` on all ranks, which names the first that differs.
+    """
+    own = fingerprint(scene, scheme, COMPARED) | {name: repr(value) for name, value in options.items()}
+    first = team.from_first(own)
+    differs = [name for name in [*first, *own] if first.get(name) != own.get(name)]
+    error = None
+    if differs:
+        name, remedy = differs[0], "all ranks run one scene together, with the same options"
+        was = first.get(name, "not there")
+        found = f"rank {team.rank} has that and the first rank {was}; {remedy}; scenes of their own run without mpiexec"
+        error = InputError(name, own.get(name, "not there"), found)
+    team.agree(error)
