@@ -7,6 +7,7 @@ rank asks for the values of all ranks while the others start a run.
 
 import sys
 import warnings
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from tcontact.device import ranks
 from tcontact.mesh.box_arrays import BoxMesh
 from tcontact.mesh.ordered_mesh import OrderedMesh
 from tcontact.planning import planning
+from tcontact.run import rank_run
 
 warnings.simplefilter("ignore")
 first, last = ranks.is_first_rank(), ranks.launched()[1] == ranks.launched()[0] - 1
@@ -27,6 +29,27 @@ def refuse(*_given, **_named):
     raise AssertionError("a rank other than the first has a mesh or a whole plan")
 
 
+cells, forces, alive = [], [], []
+
+
+class State(rank_run.RankState):
+    """Notes how many cells whole bodies have while the state of a rank is made, and its force pass."""
+
+    def __init__(self, scene, part, *given):
+        cells.append(sum(len(body.cells) for body in part.whole.bodies) if first else 0)
+        super().__init__(scene, part, *given)
+        forces.append(weakref.ref(self.internal_force))
+
+
+class Whole(rank_run.WholeBodies):
+    """Notes how many force passes are there when whole bodies are made at the end."""
+
+    def __init__(self, *given):
+        alive.append(sum(force() is not None for force in forces))
+        super().__init__(*given)
+
+
+rank_run.RankState, rank_run.WholeBodies = State, Whole
 if not first:
     BoxMesh.nodes = BoxMesh.cells = property(refuse)
     planning._plan_body = refuse
@@ -49,6 +72,7 @@ again = tc.simulate(scene, initial=result.reversed(), threads=1)
 whole = result.on_all_ranks()
 told = whole.position.sum(), whole.velocity.sum(), whole.steps, whole.ok, len(whole.contact_pressures)
 everyone = ranks.communicator().gather((said, told, result.history["energy"][-1]))
+noted = ranks.communicator().gather((len(cells), len(alive), max(cells), max(alive)))
 if first:
     print("refused", sum("Result.position = 'on rank " in said for said, *_ in everyone))
     print("remedy", everyone[1][0].partition("or call ")[2])
@@ -56,3 +80,4 @@ if first:
     there = [one.position[one.nodes_of(scene.label(1))] for one in (whole, again)]  # it has fallen, and climbs back
     fallen, missing = (np.abs(place - other.mesh.nodes).max() for place in there)
     print("back", missing / fallen)
+    print("noted", *np.max(noted, axis=0))

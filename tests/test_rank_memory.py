@@ -11,6 +11,8 @@ def test_other_ranks_make_no_whole_mesh_or_plan_and_get_the_end_where_all_ask(tm
     assert found["remedy"] == "result.on_all_ranks() on all ranks"
     assert found["alike"] == "1 1"
     assert float(found["back"]) < 1e-2  # of the way; 4 if the velocity were not reversed
+    # two runs: no cells of whole bodies beside the states, no states beside the whole end
+    assert found["noted"] == "2 2 0 0"
 
 
 def test_a_rank_that_alone_asks_for_the_end_of_a_run_is_told_so(tmp_path):
