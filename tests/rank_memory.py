@@ -49,7 +49,7 @@ class Whole(rank_run.WholeBodies):
         super().__init__(*given)
 
 
-rank_run.RankState, rank_run.WholeBodies = State, Whole
+rank_run.RankState, rank_run.WholeBodies, rank_run.LARGE = State, Whole, 0
 if not first:
     BoxMesh.nodes = BoxMesh.cells = property(refuse)
     planning._plan_body = refuse

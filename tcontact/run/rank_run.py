@@ -63,6 +63,8 @@ from .snapshot import Snapshot
 from .watches.looks import Looks
 from .written_run import carry_out
 
+LARGE = 1 << 17  # nodes of all bodies, from which on ranks give free memory back
+
 
 class RankRun(Run):
     """`Run` with the states of this rank's parts; parts: of all domains.
@@ -95,11 +97,16 @@ class RankRun(Run):
         """Forget cells and positions of whole bodies, which only the first rank may have."""
         forget_cells(self.planned)
         forget_places(self.planned, self.parts)
-        give_back()
+        self._give_back()
+
+    def _give_back(self) -> None:
+        """Give free memory back, where that is much: it takes a tenth of a second."""
+        if sum(plan.node_count for plan in self.planned.bodies) >= LARGE:
+            give_back()
 
     def searches(self) -> list[Any]:
         """Make the search for the stable step of every domain."""
-        give_back()  # what the states needed on the way
+        self._give_back()  # what the states needed on the way
         whole = dict(zip(map(id, self.planned.bodies), self._whole, strict=True))
         del self._whole
         return [domain.searches([whole[id(view.plan)] for view in domain.views]) for domain in self.domains]
@@ -145,12 +152,12 @@ class RankRun(Run):
 
         The steps are done: all ranks forget their states before the first one makes room for whole bodies.
         """
-        give_back()
+        self._give_back()
         others = self.team.lead.alone(lambda: forces_and_points(self.scene, self.states))
         here, (displacements, velocities) = self.bodies_here, last.last_values()
         for domain in self.domains:
             domain.forget()
-        give_back()
+        self._give_back()
         whole = self._whole_bodies(here)
         found = WholeSnapshot([], whole.of(displacements), whole.of(velocities))
         return {} if others is None else motion(self.scene, found) | others
