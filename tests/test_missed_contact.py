@@ -10,6 +10,7 @@ from scenes import material
 import tcontact as tc
 from tcontact.planning.body_plan import SMALL
 from tcontact.run.watches.path_watch import Crossing, half_thickness
+from tcontact.schemes.chosen_nodes import ChosenNodes
 
 SOFT = material("linear")
 EDGE = 0.1
@@ -153,7 +154,7 @@ def test_a_body_that_slides_over_an_edge_is_not_stopped():
         assert np.abs(result.history["contact_force"]).max() > 0.0
 
 
-class Held:
+class Held(ChosenNodes):
     """The state of a body whose nodes are put somewhere."""
 
     def __init__(self, nodes):
