@@ -9,7 +9,6 @@ from conftest import THREADS
 
 import tcontact as tc
 from tcontact.commands.cli import main
-from tcontact.device import cuda, runtime
 from tcontact.lab.bench import accuracy, alternatives, blocks, chart, collect, parts, reference, small, table, timing
 from tcontact.lab.bench import measure as measure_module
 from tcontact.lab.bench.configuration import KINDS, LAWS, SHAPES, UNCOMPARED, Configuration, grid
@@ -287,16 +286,6 @@ def test_a_part_measured_alone_refuses_options_that_it_would_ignore(alone, optio
 def test_a_gpu_refuses_several_threads(tmp_path, capsys):
     assert main(["bench", "--arch", "cuda", "--threads", "1,2", "--out", str(tmp_path / "new")]) == 2
     assert "--arch cuda takes one number" in capsys.readouterr().err
-
-
-def test_a_gpu_that_is_not_there_is_refused_before_anything_is_written(monkeypatch, tmp_path, capsys):
-    def none():
-        raise cuda.NoDevice("no driver")
-
-    monkeypatch.setattr(runtime, "count_devices", none)
-    assert main(["bench", "--arch", "cuda", "--quick", "--out", str(tmp_path / "new")]) == 2
-    assert "arch = 'cuda': no usable CUDA device was found: no driver" in capsys.readouterr().err
-    assert not (tmp_path / "new").exists()
 
 
 def test_a_quick_look_keeps_what_is_given(monkeypatch, tmp_path):

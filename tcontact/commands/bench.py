@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError
-from ..device import runtime
 from ..lab.bench import chart
 from ..lab.bench.configuration import CONTACTS, KINDS, LAWS, grid
 from ..results.report import write_json
@@ -179,7 +178,7 @@ def _defaults() -> dict[str, Any]:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    """Refuse options that would be ignored, and a device that is not there. Raises `InputError`."""
+    """Refuse options that would be ignored. Raises `InputError`."""
     asked = [name for name in ONLY if getattr(arguments, name.removeprefix("--"))]
     if len(asked) > 1:
         raise InputError(asked[1], True, f"{asked[0]} measures something else: give one of them")
@@ -193,8 +192,6 @@ def _check(arguments: argparse.Namespace) -> None:
         if len(getattr(arguments, name) or ()) > 1:
             reason = alone or "--arch cuda"
             raise InputError(f"--{name}", getattr(arguments, name), f"{reason} takes one number: give it alone")
-    if arguments.arch == "cuda":
-        runtime.check_usable(arguments.arch)
 
 
 def _among(known: tuple[str, ...]) -> Callable[[str], str]:

@@ -81,7 +81,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
             )
         return load()
     if arch == "cuda":
-        check_usable(arch)
+        _check_device(arch)
     ti = load()
     quicken()
     wanted = threads or cores_of_a_rank()
@@ -163,7 +163,7 @@ def takes_files(folder: Path) -> bool:
         return False
 
 
-def check_usable(arch: str) -> None:
+def _check_device(arch: str) -> None:
     """Refuse a GPU that is not there before Taichi starts, which would start on the CPU. Raises `InputError`."""
     try:
         count_devices()
