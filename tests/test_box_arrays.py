@@ -72,6 +72,14 @@ def test_arrays_of_a_box_are_kept_until_they_are_released_and_made_again():
     assert np.array_equal(mesh.cells, before)
 
 
+def test_a_plan_keeps_no_cells_in_the_numbering_of_the_user():
+    mesh = box()
+    body = tc.Body(mesh, tc.NeoHookean(1e7, 0.3, 1000.0), velocity=(0.0, 0.0, -1.0), contact="zmin")
+    scene = tc.Scene([body], [tc.Plane((0.0, 0.0, mesh.bounds[0][2] - 1e-3))], 1e-3, contact=tc.MasslessContact())
+    assert len(tc.plan(scene).bodies[0].cells) == mesh.cell_count
+    assert "cells" not in vars(mesh)
+
+
 def test_sets_and_copies_of_a_box_make_no_arrays_and_other_nodes_make_a_mesh():
     mesh = box().with_sets(node_sets={"two": [1, 2]}, cell_sets={"one": [3]})
     same = copy.deepcopy(mesh)

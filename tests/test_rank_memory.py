@@ -33,4 +33,4 @@ def test_looks_at_whole_bodies_fetch_the_nodes_that_they_read():
     assert largest == surface < nodes / 2
     compared, equal = found["equal"]
     assert compared == equal > 0
-    assert found["touched"] == [1]
+    assert found["touched"] == found["told"] == [1]

@@ -12,6 +12,7 @@ from tcontact.cases import wall_shock
 from tcontact.planning.planning import plan
 from tcontact.run import loop
 from tcontact.schemes.explicit.stable_step import StableSteps
+from tcontact.schemes.explicit.start_vectors import random_rows, random_vector
 
 
 def ratio(body, displacement=None, planes=(), penalty=None, **options):
@@ -164,3 +165,10 @@ def test_a_shortened_step_is_the_same_for_estimates_that_differ_in_rounding():
         middle = short * (1.0 + 2.0**-16)
         assert loop.coarse(middle * (1.0 + 1e-9)) == loop.coarse(middle * (1.0 - 1e-9))
     assert loop.coarse(np.inf) == np.inf
+
+
+@pytest.mark.parametrize("numbers", [[], [7], [5, 5, 0], range(3, 200_000, 7), [80_000, 2, 40_000]])
+def test_rows_of_the_random_start_are_those_of_the_whole_one(numbers):
+    """Whatever their order, one of them twice, none at all, over several portions."""
+    numbers = np.array(numbers, dtype=np.int32)
+    assert np.array_equal(random_rows(numbers), random_vector(3 * 200_000).reshape(-1, 3)[numbers])

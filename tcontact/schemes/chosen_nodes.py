@@ -29,7 +29,7 @@ class ChosenNodes:
         raise NotImplementedError
 
     def chosen(self, nodes: np.ndarray) -> Chosen:
-        """Return what `start_of` and `latest_of` take for some nodes [k], internal numbering."""
+        """Return what `start_of` and `latest_of` take for some nodes [k], each once, internal numbering."""
         return Chosen(nodes)
 
     def start_of(self, chosen: Chosen) -> np.ndarray:

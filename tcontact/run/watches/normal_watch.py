@@ -8,6 +8,7 @@ import numpy as np
 
 from ...base.errors import FunctionError
 from ...base.warning_kinds import RotationWarning
+from ...mesh.geometry import joined
 from ...planning.removal import SPINS
 from ...planning.rotation import angle, rotation, spin, turns_freely
 from ...scene.contact_models import MasslessContact
@@ -72,7 +73,7 @@ class NormalWatch:
             state, body = run.states[number], run.scene.bodies[number]
             if state.starts_as_one():  # without a spin
                 continue
-            nodes = body.mesh.nodes + state.plan.to_user(state.latest())
+            nodes = joined([*body.mesh.portions("nodes")]) + state.plan.to_user(state.latest())
             mass = state.plan.to_user(state.plan.lumped)
             turns = spin(body, state.plan.to_user(state.start_velocity), nodes, mass)
             if self._normal is not None:

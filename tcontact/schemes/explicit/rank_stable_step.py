@@ -82,13 +82,13 @@ class RankStep(StableStep):
             self.damping = RankDamped(part, product, force or _nothing, small, team)
 
     def _random(self, whole: StableStep | None, part: BodyPart) -> np.ndarray:
-        """Return the random vector of the first search, which is that of the whole body."""
-        sizes = None if whole is None else whole.first_sizes()
-        numbers = part.nodes
-        images = None if whole is None else whole.plan.images
-        if self.team.from_first(images is not None):
-            masters = None if images is None else images.master
-            sizes = None if sizes is None or masters is None else sizes[masters]
+        """Return the random vector [3n] of the first search, which is that of the whole body."""
+        numbers, sizes, masters = part.nodes, None, None
+        if whole is not None:
+            sizes, images = whole.first_sizes(), whole.plan.images
+            if images is not None:  # of a periodic body all images have the values of their master
+                masters, sizes = images.master, sizes[images.master]
+        if self.team.from_first(masters is not None):
             numbers = self.team.shared_out(masters, part.nodes)
         found = random_rows(numbers)
         found *= self.team.shared_out(sizes, part.nodes)[:, None]

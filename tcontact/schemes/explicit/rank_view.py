@@ -126,7 +126,7 @@ class RankView(BodyView):
         return self._whole(arrays.get(self.state.u).reshape(-1, 3))
 
     def chosen(self, nodes: np.ndarray) -> Chosen:
-        """Return what `start_of` and `latest_of` take for some nodes [k]: they alone come from other ranks."""
+        """Return what `start_of` and `latest_of` take for some nodes [k], each once: they alone come from others."""
         self.choose(nodes)
         return Chosen(nodes, len(self._chosen) - 1)
 

@@ -7,6 +7,7 @@ import numpy as np
 from ...mesh.geometry import chunks_of
 
 SEED = 20071
+AT_ONCE = 1 << 16  # rows
 
 
 def random_vector(size: int) -> np.ndarray:
@@ -24,7 +25,7 @@ def random_rows(numbers: np.ndarray) -> np.ndarray:
     bits = np.random.PCG64(SEED)
     bits.advance(3 * first)  # a number takes one step of the generator
     draw = np.random.Generator(bits)
-    for part in chunks_of(last + 1 - first):
+    for part in chunks_of(last + 1 - first, AT_ONCE):
         rows = draw.uniform(-1.0, 1.0, (part.stop - part.start, 3))
         low, high = (np.searchsorted(numbers, first + at, sorter=order) for at in (part.start, part.stop))
         mine = order[low:high]
