@@ -3,6 +3,7 @@
 import errno
 import sys
 import warnings
+from pathlib import Path
 
 from rank_scenes import SCENES
 
@@ -14,7 +15,7 @@ from tcontact.results.files.part_file import PartFile
 
 
 def main(folder, rank, which):
-    """Fail in the second frame on one rank; every rank prints what it is told."""
+    """Fail in the second frame on one rank; every rank writes what it is told beside the folder, in FOLDER.RANK."""
     kind, name = (PartFile, "append") if which == "part" else (MasterFile, "add")
     original = getattr(kind, name)
 
@@ -28,7 +29,8 @@ def main(folder, rank, which):
     try:
         tc.simulate(SCENES["normal"](), out=folder, frames=4, threads=1)
     except OutputError as error:
-        print(f"told: {error.result.reason}: {error}", flush=True)
+        # a file for each: what several processes print can come out on one line
+        Path(f"{folder}.{ranks.launched()[1]}").write_text(f"{error.result.reason}: {error}", encoding="utf-8")
 
 
 if __name__ == "__main__":
