@@ -242,6 +242,18 @@ def crossed():
     return tc.Scene([lower, upper], duration=1.4e-3, contact=contact, friction=tc.Coulomb(0.1))
 
 
+def uneven_laws():
+    """Flight of a body that is half of a metal, of which a rank may have no cells: when shapes are looked at."""
+    body = block(counts=(3, 3, 8), velocity=lambda x: 30.0 * np.sin(26.0 * x[:, [2, 2, 2]]) * (0.0, 0.3, 1.0))
+    centres = body.mesh.cell_centres()[:, 2]
+    sets = {"up": np.flatnonzero(centres > 0.06), "low": np.flatnonzero(centres <= 0.06)}
+    metal = tc.ElastoPlastic(7e9, 0.33, 2700.0, hardening=tc.LinearHardening(2e7, 1e8), specific_heat=900.0)
+    laws = {"low": metal, "up": LAWS["neo"]}
+    return tc.Scene(
+        [dataclasses.replace(body, mesh=body.mesh.with_sets(cell_sets=sets), material=laws)], duration=1.5e-3
+    )
+
+
 def squeezed():
     """Ranks share a penalty between two bodies of which one is of a law whose stable step is followed."""
     lower = block("neo", counts=(3, 3, 4), at=(0.003, -0.004, -0.1201), velocity=(0.0, 0.0, 3.0), contact="zmax")
@@ -250,7 +262,21 @@ def squeezed():
 
 
 EVERY = (free, normal, corner, layered, pushed, impulses, held, pulled, adrift, pair, rigid, metal, sensed, mixed)
-EVERY = (*EVERY, crushed, burst, halves, walls, springy, rubbed, loose, pressed, knocked, crossed, squeezed)
+EVERY = (
+    *EVERY,
+    crushed,
+    burst,
+    halves,
+    walls,
+    springy,
+    rubbed,
+    loose,
+    pressed,
+    knocked,
+    crossed,
+    squeezed,
+    uneven_laws,
+)
 SCENES = {one.__name__: one for one in EVERY}
 SCHEMES = {"crushed": tc.CentralDifference(cfl=0.2), "burst": tc.CentralDifference(dt=1.7e-4)}
 REASONS = {"crushed": "inverted-cell", "burst": "diverged"}  # of the others: "finished"

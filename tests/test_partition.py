@@ -13,7 +13,9 @@ from tcontact.planning.partition.box_graph import BoxGraph
 from tcontact.planning.partition.cell_graph import CellGraph
 from tcontact.planning.partition.contact_parts import contact_part, receiver_ranks
 from tcontact.planning.partition.cut import EXTRA_WORK, contact_ranks, cut_cells
+from tcontact.planning.partition.domain_part import cut_domain
 from tcontact.planning.partition.parts import parts_of
+from tcontact.planning.planning import plan
 
 pytest.importorskip("pymetis", reason="METIS cuts the meshes: pip install pymetis")
 
@@ -219,6 +221,44 @@ def test_patches_have_equal_contact_work_and_the_first_rank_what_belongs_togethe
     assert own.max() <= 1.05 * own[own > 0].mean() + 2
     work = np.bincount(rank, minlength=4) + extra * own
     assert work.max() <= 1.1 * work.mean()
+
+
+@pytest.mark.parametrize("counts", [(5, 5, 1), (2, 2, 2), (4, 3, 2)])
+@pytest.mark.parametrize("ranks", [2, 3, 5])
+def test_the_first_rank_has_all_that_belongs_together_or_the_cut_is_refused(counts, ranks):
+    """Also where so many cells belong together that ranks would be left without any, and take one from others."""
+    mesh, random = tc.box_mesh((1.0, 1.0, 1.0), counts), np.random.default_rng(7)
+    contact = mesh.nodes_of("zmin")
+    for most in range(mesh.cell_count + 1):
+        together, patches = random.permutation(mesh.cell_count)[:most], int(random.integers(2, ranks + 1))
+        if mesh.cell_count - most < ranks - 1:
+            with pytest.raises(InputError, match=f"start at most {mesh.cell_count - most + 1} ranks"):
+                cut_cells(mesh.blocks, mesh.node_count, ranks, contact, 7.0, patches, together)
+            continue
+        rank = cut_cells(mesh.blocks, mesh.node_count, ranks, contact, 7.0, patches, together)
+        assert (rank[together] == 0).all()
+        assert (np.bincount(rank, minlength=ranks) > 0).all()
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"loads": [tc.Load("zmax", pressure=1e4)]},
+        {"point_masses": [tc.PointMass("zmax", 0.1)]},
+        {"probes": [tc.Probe("zmax", "position")]},
+        {"supports": [tc.Support("zmax", "x", velocity=lambda t: 1e3 * t)]},
+    ],
+)
+@pytest.mark.parametrize("contact", [tc.MasslessContact(), tc.PenaltyContact(stiffness=2e9)])
+def test_a_sheet_on_which_something_acts_everywhere_is_refused(given, contact):
+    """Contact below and something above leave no cell for another rank: ranks may share the contact, not what acts."""
+    mesh = tc.box_mesh((0.1, 0.1, 0.02), (5, 5, 1)).translated((0.0, 0.0, 1e-4))
+    sheet = tc.Body(mesh, tc.LinearElastic(2.3e7, 0.27, 1350.0), contact="zmin", **given)
+    scene = tc.Scene([sheet], [tc.Plane()], duration=2e-3, contact=contact)
+    (domain,) = plan(scene).domains
+    for ranks in (2, 3):
+        with pytest.raises(InputError, match="25 of 25 cells touch loads, springs, probes or driven supports"):
+            cut_domain(domain, scene, ranks)
 
 
 def test_the_graph_of_a_box_is_that_of_its_faces(monkeypatch):

@@ -178,3 +178,43 @@ def test_a_run_on_two_ranks_goes_on_with_the_bits_of_one_that_never_stopped(whol
     assert not list(tmp_path.rglob("checkpoint*"))
     with h5py.File(tmp_path / name / "result.vtkhdf") as file:
         assert len(file["VTKHDF/Steps/Values"]) == 5
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory):
+    """What each of two ranks was told (rank_told.py)."""
+    folder = tmp_path_factory.mktemp("told")
+    done = mpiexec(2, "rank_told.py", folder, timeout=600)
+    assert done.returncode == 0, done.stderr
+    lines = [(folder / f"told.{rank}").read_text(encoding="utf-8").splitlines() for rank in range(2)]
+    return [dict(line.split(": ", 1) for line in one) for one in lines]
+
+
+def test_all_ranks_have_the_warnings_of_the_first(told):
+    """It alone looks at whole bodies."""
+    assert "turn" in told[0]["kept"]
+    assert told[0]["kept"] == told[1]["kept"]
+
+
+@pytest.mark.parametrize(
+    ("when", "text"), [("at once", "turn"), ("at the end", "energy error"), ("in time", "above the stable")]
+)
+def test_a_warning_that_is_an_error_can_be_caught_on_all_ranks(told, when, text):
+    """And the script goes on, with further runs."""
+    assert text in told[0][when]
+    assert told[0][when] == told[1][when]
+
+
+def test_ranks_that_start_from_different_results_are_told(told):
+    assert all("rank 1 starts from another result than the first rank" in one["start"] for one in told)
+
+
+def test_a_run_that_has_ended_is_not_to_be_run_again(told):
+    assert all("the run there has ended; there is nothing to go on with" in one["ended"] for one in told)
+
+
+def test_a_damaged_checkpoint_of_a_rank_is_named_once_and_the_one_before_it_taken(told):
+    assert "checkpoint-ranks/1/checkpoint-" in told[0]["damaged"]
+    assert told[0]["damaged"].count("is damaged and passed over") == 1
+    assert told[1]["damaged"] == ""
+    assert all(one["resumed"] == "finished" for one in told)

@@ -46,12 +46,13 @@ def team(comm: Any = None, word: str = STARTS) -> Team | None:
 class Team:
     """The ranks of a communicator of mpi4py; rank: number of this one; size: their number.
 
-    lead: lets the first one act alone.
+    lead: lets the first one act alone; agreed: the last error that `agree` has raised on all of them.
     """
 
     def __init__(self, comm: Any) -> None:
         self.comm, self.rank, self.size = comm, int(comm.Get_rank()), int(comm.Get_size())
         self.lead = Lead(comm)
+        self.agreed: Exception | None = None
         self._exchanges: list[Exchange | Handover] = []
         self._groups: list[Team] = []
 
@@ -147,7 +148,8 @@ class Team:
         return next((one for one in self.comm.allgather(value) if one is not None), None)
 
     def agree(self, error: Exception | None) -> None:
-        """Raise the error of the lowest rank that has one, on every rank."""
+        """Raise the error of the lowest rank that has one, on every rank, which notes it in `agreed`."""
         found = self.first_of(error)
         if found is not None:
-            raise error if error is not None and type(error) is type(found) else found
+            self.agreed = error if error is not None and type(error) is type(found) else found
+            raise self.agreed

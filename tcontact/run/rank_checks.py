@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from typing import Any
 
 from ..base.errors import InputError
 from ..device.team import Team
+from ..results.elsewhere import ResultElsewhere
+from ..results.result import Result
 from ..scene.cell_blocks import AVERAGED
 from ..scene.scene import Scene
 from .checkpoint.fingerprint import fingerprint
@@ -46,3 +49,18 @@ def check_alike(team: Team, scene: Scene, scheme: Any, options: Mapping[str, Any
         found = f"rank {team.rank} has that and the first rank {was}; {remedy}; scenes of their own run without mpiexec"
         error = InputError(name, own.get(name, "not there"), found)
     team.agree(error)
+
+
+def check_same_start(team: Team, initial: Result) -> None:
+    """Refuse ranks that start from results with different values of nodes, where several have such values.
+
+    Raises `InputError` on all ranks.
+    """
+    own = None
+    if not isinstance(initial, ResultElsewhere):
+        own = zlib.crc32(initial.velocity.tobytes(), zlib.crc32(initial.position.tobytes()))
+    known = team.comm.allgather(own)
+    others = [rank for rank, found in enumerate(known) if found not in (None, known[0])]
+    if others:
+        where = f"rank {others[0]} starts from another result than the first rank"
+        raise InputError("initial", initial, f"{where}; all ranks run one scene together, from one result")

@@ -17,6 +17,7 @@ from ..device.team import Team
 from ..results.files.vtkhdf_reader import glance
 from .checkpoint import store
 from .checkpoint.keeper import Keeper
+from .no_checkpoint import NOT_ON_ALL, nothing, warn_of_damage
 from .rank_snapshot import WholeSnapshot
 from .recorder import FILE, Recorder
 from .snapshot import Snapshot
@@ -115,16 +116,17 @@ def on_all(team: Team, write: Callable[[], None]) -> None:
 
 
 def on_first(team: Team, act: Callable[[], Any]) -> Any:
-    """Run a function on the first rank; return on all ranks what it gives, or raise its `InputError` or `OutputError`.
+    """Run a function on the first rank; return on all ranks what it gives, or raise its error or warning of a user.
 
-    Unlike `Lead.decide` it calls no collective methods.
+    Such an error is an `InputError`, an `OutputError`, or a warning that the user has made one. Unlike `Lead.decide` it
+    calls no collective methods.
     """
     error: Exception | None = None
     found = None
     if team.leads:
         try:
             found = act()
-        except (InputError, OutputError) as own:
+        except (InputError, OutputError, Warning) as own:
             error = own
     team.agree(error)
     return team.from_first(found)
@@ -138,15 +140,22 @@ def latest_of_all(folder: Path, team: Team) -> list[store.Stored]:
     numbers = [0, *store.others(folder)]
     error: InputError | None = None
     mine: dict[int, list[store.Stored]] = {}
+    damaged: list[Path] = []
     try:
-        mine = {one: store.read_all(store.place_of(folder, one))[0] for one in numbers[team.rank :: team.size]}
+        for one in numbers[team.rank :: team.size]:
+            mine[one], bad = store.read_all(store.place_of(folder, one))
+            damaged += bad
     except InputError as found:
         error = found
     team.agree(error)
+    bad = sorted(path for part in team.comm.allgather(damaged) for path in part)
+    on_first(team, lambda: warn_of_damage(bad))
+    if not team.any(any(mine.values())):
+        raise InputError("folder", str(folder), on_first(team, lambda: nothing(folder, bool(bad))))
     frames = on_first(team, lambda: len(glance(folder / FILE)[0]) if (folder / FILE).exists() else 0)
     rows = [(rank, one.row, one.ranks) for rank, own in mine.items() for one in own if one.head["frames"] <= frames]
     last = store.last_complete(row for part in team.comm.allgather(rows) for row in part)
     if last is None:
-        raise InputError("folder", str(folder), "holds no checkpoint that all ranks have; run again")
+        raise InputError("folder", str(folder), NOT_ON_ALL)
     wanted = [team.rank] if last[1] == team.size else range(last[1])
     return [store.at(folder, rank, last, mine.get(rank)) for rank in wanted]

@@ -72,6 +72,8 @@ class RankRun(Run):
     The plan of ranks other than the first is an outline, and their result has no values of nodes and cells.
     """
 
+    _refused: Warning | None = None  # the first rank's, which the user has turned into an error
+
     def __init__(self, team: Team, parts: Sequence[DomainPart], *given: Any) -> None:
         self.team, self.parts = team, parts
         super().__init__(*given)
@@ -125,6 +127,24 @@ class RankRun(Run):
                 found.append((part.whole.numbers[number], part.bodies[number], view))
         return sorted(found, key=lambda one: one[0])
 
+    def warn(self, text: str, kind: type[Warning] = RuntimeWarning) -> None:
+        """Warn on the first rank; if the user has made an error of that, all raise it before the next step."""
+        try:
+            super().warn(text, kind)
+        except Warning as error:
+            self._refused = error
+
+    def _result(self, *given: Any, **named: Any) -> Result:
+        """Make the result; its warnings are those of all ranks, on each of them."""
+        result = super()._result(*given, **named)
+        told = self.team.comm.allgather(self.warnings)
+        for text in dict.fromkeys(text for own in told[1:] for text in own if text not in told[0]):
+            if self.team.leads:
+                self.warn(text)
+        self.warnings[:] = self.team.from_first(self.warnings)
+        self.team.agree(self._refused)
+        return result
+
     def snapshot(self, before: float, after: float) -> Snapshot:
         """Take the state of what this rank has at the present level."""
         views = [view for _, _, view in self.bodies_here]
@@ -163,8 +183,11 @@ class RankRun(Run):
         return {} if others is None else motion(self.scene, found) | others
 
     def cut_by(self, signal: str) -> str:
-        """Return the name of the signal that some rank has received, "" without."""
-        return (self.team.first_of(signal or None) or "") if self.team.any(bool(signal)) else ""
+        """Return the name of the signal that some rank has received, "" without; raise a warning that is an error."""
+        if not self.team.any(bool(signal) or self._refused is not None):
+            return ""
+        self.team.agree(self._refused)
+        return self.team.first_of(signal or None) or ""
 
     def moves_finitely(self) -> bool:
         """Return whether all displacements of all ranks are finite."""
@@ -202,7 +225,9 @@ def ending_all(team: Team) -> Iterator[None]:
         yield
     except (InputError, OutputError):
         raise  # all ranks have it
-    except BaseException:
+    except BaseException as error:
+        if error is team.agreed:
+            raise
         sys.stdout.flush()
         print(f"tcontact: rank {team.rank} of {team.size} failed, which ends all ranks:", file=sys.stderr)
         traceback.print_exc()
@@ -341,7 +366,7 @@ def resume_on_ranks(
             contents.restore(run, stored[0].found, stored[0].values)
         else:
             restore_parts(run, planned, stored, team)  # type: ignore[arg-type]
-            warnings.warn(other_ranks(before, team.size), RuntimeWarning, stacklevel=2)
+            on_first(team, lambda: warnings.warn(other_ranks(before, team.size), RuntimeWarning, stacklevel=4))
         recorder = _recorder(team, folder, run, head["fields"], head["frames"])
         head |= {"versions": versions(), "ranks": team.size}
         if options is not None:

@@ -25,6 +25,7 @@ from .device_room import check_device, check_scheme
 from .folder_lock import locked
 from .interrupts import pools_served
 from .loop import Run
+from .no_checkpoint import NOT_ON_ALL, nothing, warn_of_damage
 from .precision import check_precision, set_precision
 from .prepared import record_friction
 from .progress import ProgressBar
@@ -142,31 +143,20 @@ def latest(folder: Path) -> list[store.Stored]:
     Raises `InputError` without any.
     """
     good, bad = store.read_all(folder)
-    for path in bad:
-        warnings.warn(f"{path} is damaged and passed over", RuntimeWarning, stacklevel=3)
+    warn_of_damage(bad)
     if not good:
-        raise InputError("folder", str(folder), _nothing(folder, bool(bad)))
+        raise InputError("folder", str(folder), nothing(folder, bool(bad)))
     frames = len(ResultData.open(folder / FILE))
     usable = [one for one in good if one.head["frames"] <= frames]
     if not usable:
         raise InputError("folder", str(folder), f"{FILE} holds {frames} frames, fewer than its checkpoints; run again")
     if usable[0].ranks == 1:
         return usable[:1]
-    known = {0: usable} | {rank: store.read_all(store.place_of(folder, rank))[0] for rank in store.others(folder)}
+    known = {0: usable}
+    for rank in store.others(folder):
+        known[rank], bad = store.read_all(store.place_of(folder, rank))
+        warn_of_damage(bad)
     last = store.last_complete((rank, one.row, one.ranks) for rank, own in known.items() for one in own)
     if last is None:
-        raise InputError("folder", str(folder), "holds no checkpoint that all ranks have; run again")
+        raise InputError("folder", str(folder), NOT_ON_ALL)
     return [store.at(folder, rank, last, known[rank]) for rank in range(last[1])]
-
-
-def _nothing(folder: Path, damaged: bool) -> str:
-    if damaged:
-        return "its checkpoints are damaged; run again"
-    if not (folder / FILE).is_file():
-        return "holds no run; give the folder of a run that stopped"
-    reason = ResultData.open(folder / FILE).attributes.get("reason")
-    if reason == "interrupted":
-        return "the run there was interrupted and left no checkpoint: run again, with checkpoint= (--checkpoint)"
-    if reason is not None:
-        return f"the run there has ended; there is nothing to go on with (`tcontact render {folder} --plots` draws it)"
-    return "holds no checkpoint: it stopped before the first one, or was run without; run again"

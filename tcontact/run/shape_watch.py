@@ -35,7 +35,9 @@ class ShapeWatch:
         self._rates = [  # the trial displacement of an estimate serves between the estimates
             ShapeRates(one.domain, one.internal_force, one.u, limit.trial) for one, limit in pairs
         ]
-        self._apart = APART if all(one.internal_force.memory is None for one, _ in pairs) else APART_WITH_STATE
+        # of whole bodies: a rank need not have cells of each
+        plastic = any(law.plastic for one, _ in pairs for view in one.views for law in view.plan.body.materials)
+        self._apart = APART_WITH_STATE if plastic else APART
         self.factor, self.due, self._seen, self._touching = 1.0, 0, -1, 0.0
         self._start = [np.zeros(len(limit.bodies)) for limit in self._limits]
         self.anchor(-1)

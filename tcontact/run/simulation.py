@@ -39,7 +39,7 @@ from .loop import Run
 from .precision import check_precision
 from .prepared import checkpoint_head, finished_plan, start_layers
 from .progress import ProgressBar
-from .rank_checks import check_alike, check_ranks
+from .rank_checks import check_alike, check_ranks, check_same_start
 from .rank_run import Asked, simulate_on_ranks
 from .recorder import Recorder, check_folder, make_folder, writing_beside
 from .written_run import carry_out
@@ -121,7 +121,9 @@ def simulate(
         }
         check_alike(together, scene, scheme, alike | {"initial": initial is not None, "checkpoint": options})
         check_ranks(scene, scheme, arch, together.size)
-        initial = initial.shared_by(together) if isinstance(initial, Result) else initial
+        if isinstance(initial, Result):
+            check_same_start(together, initial)
+            initial = initial.shared_by(together)
     displacement, velocity = _start(scene, initial)
     layers = () if initial is None else _layers(scene, initial)
     points = () if initial is None else _points(scene, initial)

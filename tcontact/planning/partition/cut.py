@@ -67,11 +67,10 @@ def cut_cells(
     blocks: kinds of cells with their nodes, as `Mesh.blocks`; ranks: number of parts; contact_nodes: nodes that the
     static solve moves; extra: work of a cell there beside its own pass (`EXTRA_WORK`); patches: number of ranks that
     share the contact cells, None: as above; together: cells [c] that the first rank has.
-    Raises `InputError` if there are fewer cells than ranks, `ImportError` without pymetis.
+    Raises `InputError` if there are too few cells for the ranks, `ImportError` without pymetis.
     """
     count = sum(len(cells) for _, cells in blocks)
-    if not 1 <= ranks <= count:
-        raise InputError("ranks", ranks, f"the mesh has {count} cells; start at least 1 and at most {count} ranks")
+    _check_room(count, ranks, together, "touch loads, springs, probes or driven supports")
     if ranks == 1:
         return np.zeros(count, dtype=np.int64)
     graph = CellGraph.of(blocks, node_count)
@@ -92,7 +91,7 @@ def cut_cells(
     if len(rest) and patches < ranks:
         rank[rest] = patches + graph.within(rest).cut(ranks - patches)
     rank[rank < 0] = patches - 1  # pieces of a mesh that no patch touches
-    return _without_empty(rank, ranks)
+    return _without_empty(rank, ranks, together)
 
 
 def cut_beside(
@@ -104,15 +103,11 @@ def cut_beside(
     beside its cells, in passes of a cell. Raises `InputError` if too few cells are left for the other ranks,
     `ImportError` without pymetis.
     """
-    if not 1 <= ranks <= count:
-        raise InputError("ranks", ranks, f"the mesh has {count} cells; start at least 1 and at most {count} ranks")
+    _check_room(count, ranks, together, "touch contact faces, supports or loads")
     if ranks == 1:
         return np.zeros(count, dtype=np.int64)
     if not len(together):
         return _without_empty(make().cut(ranks), ranks)
-    if count - len(together) < ranks - 1:
-        text = f"{len(together)} of {count} cells touch contact faces, supports or loads, and stay on the first rank;"
-        raise InputError("ranks", ranks, f"{text} start at most {count - len(together) + 1} ranks, or refine the mesh")
     rank, weight = np.full(count, -1, dtype=np.int64), np.ones(count)
     rank[together] = 0
     weight[together] += extra / len(together)
@@ -123,6 +118,16 @@ def cut_beside(
     graph = graph.within(rest)
     rank[rest] = 1 + _without_empty(graph.cut(ranks - 1), ranks - 1)
     return rank
+
+
+def _check_room(count: int, ranks: int, together: IntArray | None, why: str) -> None:
+    """Raise `InputError` unless there is a cell for every rank beside those `together`; why: what keeps these so."""
+    if not 1 <= ranks <= count:
+        raise InputError("ranks", ranks, f"the mesh has {count} cells; start at least 1 and at most {count} ranks")
+    others = count if together is None else count - len(together)
+    if others < ranks - 1:
+        text = f"{count - others} of {count} cells {why}, and stay on the first rank"
+        raise InputError("ranks", ranks, f"{text}; start at most {others + 1} ranks, or refine the mesh")
 
 
 def _lead(rank: IntArray, together: IntArray, patches: int) -> None:
@@ -161,12 +166,15 @@ def _grow(graph: CellGraph | BoxGraph, rank: IntArray, weight: np.ndarray, patch
             growing.remove(patch)
 
 
-def _without_empty(rank: IntArray, ranks: int) -> IntArray:
-    """Give every rank at least one cell, taken from the largest part."""
-    size = np.bincount(rank, minlength=ranks)
+def _without_empty(rank: IntArray, ranks: int, together: IntArray | None = None) -> IntArray:
+    """Give every rank at least one cell, taken from the part with the most of those that need not stay `together`."""
+    free = np.ones(len(rank), dtype=bool)
+    if together is not None:
+        free[together] = False
+    size, spare = np.bincount(rank, minlength=ranks), np.bincount(rank[free], minlength=ranks)
     for empty in np.flatnonzero(size == 0):
-        largest = int(size.argmax())
-        cell = np.flatnonzero(rank == largest)[-1]
-        rank[cell] = empty
-        size[largest], size[empty] = size[largest] - 1, 1
+        largest = int(np.where(size > 1, spare, 0).argmax())
+        rank[np.flatnonzero(free & (rank == largest))[-1]] = empty
+        for counts in (size, spare):
+            counts[largest], counts[empty] = counts[largest] - 1, 1
     return rank
