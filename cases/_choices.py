@@ -79,10 +79,12 @@ def beside_penalties(scene: Callable[..., tc.Scene], parameters: dict[str, objec
 
 
 def positive(**values: float | None) -> None:
-    """Refuse the first parameter that is given and not above 0, by its name. Raises `InputError`."""
+    """Refuse the first parameter that is given and not above 0, or not finite, by its name. Raises `InputError`."""
     for name, value in values.items():
         if value is not None and not value > 0:
             raise tc.InputError(name, value, "must be greater than 0")
+        if value == float("inf"):
+            raise tc.InputError(name, value, "give a finite number")
 
 
 def not_negative(**values: float) -> None:

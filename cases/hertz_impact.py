@@ -44,6 +44,7 @@ def scene(
         raise tc.InputError("cells", cells, "give a whole number of at least 2")
     if not 0.0 < contact_radius <= 0.3:
         raise tc.InputError("contact_radius", contact_radius, "give a share of the radius, above 0 and at most 0.3")
+    choices.positive(radius=radius)
     material = choices.material("neo-hookean", young, poisson, density)
     mesh = meshes.quarter_ball(radius, contact_radius * radius / cells, cells + cells // 2)
     depth = contact_radius**2 * radius

@@ -75,6 +75,10 @@ def test_list_verbose_explains_every_case_and_its_parameters(capsys):
         (["run", "cube-impact", "--set", "scheme=euler"], "central-difference"),
         (["run", "cube-impact", "--set", "cfl=-1"], "cfl"),
         (["run", "bar-impact", "--set", "compare=true"], "no such parameter"),
+        (["run", "hertz-impact", "--set", "radius=0"], "radius = 0.0: must be greater than 0"),
+        (["run", "tumbling-block", "--set", "size=inf"], "size = inf: give a finite number"),
+        (["run", "ball-drop", "--set", "speed=1e-300"], "give values nearer to the defaults"),
+        (["run", "bouncing-bar", "--set", "length=1e300"], "give values nearer to the defaults"),
         (["run", "cube-impact", "--threads", "0"], "--threads: '0': give whole numbers, 1 or more"),
         (["run", "cube-impact", "--threads", "two"], "--threads: 'two': give whole numbers, 1 or more"),
         (["run", "cube-impact", "--frames", "-1"], "--frames: '-1': give a whole number, 0 or more"),
@@ -139,6 +143,35 @@ def test_values_are_read_by_their_declared_type(key, text, expected):
 def test_keys_go_to_scene_scheme_or_comparison():
     wanted = settings.read("cube-impact", cube_impact, ["cells=4", "cfl=0.8", "compare=true"])
     assert (wanted.scene, wanted.scheme, wanted.compare) == ({"cells": 4}, {"cfl": 0.8}, True)
+
+
+def test_an_error_of_a_case_with_its_defaults_is_no_bad_usage():
+    def wrong():
+        return 1.0 / 0.0
+
+    with pytest.raises(ZeroDivisionError):
+        settings.built(wrong, {})
+
+
+HHT = {"scheme": "hilber-hughes-taylor", "dt": 1e-4, "alpha": -0.2}
+
+
+@pytest.mark.parametrize(
+    ("own", "given", "expected"),
+    [
+        (HHT, {}, tc.HilberHughesTaylor(dt=1e-4, alpha=-0.2)),
+        (HHT, {"dt": 5e-5}, tc.HilberHughesTaylor(dt=5e-5, alpha=-0.2)),
+        (HHT, {"cfl": 2.0}, tc.HilberHughesTaylor(cfl=2.0, alpha=-0.2)),
+        (HHT, {"alpha": -0.05}, tc.HilberHughesTaylor(dt=1e-4, alpha=-0.05)),
+        (HHT, {"scheme": "discrete-gradient"}, tc.DiscreteGradient(dt=1e-4)),
+        (HHT, {"scheme": "central-difference"}, tc.CentralDifference()),
+        ({}, {"cfl": 0.5}, tc.CentralDifference(cfl=0.5)),
+        ({"scheme": "central-difference", "cfl": 0.2}, {"dt": 1e-6}, tc.CentralDifference(dt=1e-6)),
+    ],
+)
+def test_options_change_a_scheme_and_keep_the_others(own, given, expected):
+    assert settings.changed(own, given) == expected
+    assert settings.changed(settings.options_of(expected), {}) == expected
 
 
 def test_python_m_is_the_command_line():

@@ -57,6 +57,25 @@ def test_a_block_on_a_bar_slows_down_exactly_as_its_wave_says():
     assert errors[1] < 0.6 * errors[0]
 
 
+def test_sensors_change_nothing_and_see_the_run():
+    """Many rows are done in a launch, with the step that the free box allows."""
+    probes = [tc.Probe("zmax", "displacement"), tc.Probe("zmax", "velocity"), tc.Probe("zmin", "von_mises")]
+    plain = simulate(hit())
+    seen = simulate(hit(body={"probes": probes}, maxima=("von_mises",)))
+    assert plain.steps == seen.steps > 20
+    for name, column in plain.history.items():
+        assert np.array_equal(column, seen.history[name], equal_nan=True), name
+    mesh = seen.scene.bodies[0].mesh
+    nodes = mesh.nodes_of("zmax")
+    for quantity, known in (("displacement", seen.position - mesh.nodes), ("velocity", seen.velocity)):
+        column = seen.history[f"probe_body-0_zmax_{quantity}"]
+        assert len(column) == seen.steps
+        assert np.abs(column[-1] - known[nodes].mean(axis=0)).max() <= 1e-12 * np.abs(column).max()
+    largest = seen.history["von_mises_max"]
+    assert seen.maxima["von_mises"].value == largest.max() > 0.0
+    assert seen.maxima["von_mises"].time == seen.history["time"][largest.argmax()]
+
+
 @pytest.mark.parametrize("ratio", [1e-3, 1e-2, 0.1, 1.0, 10.0, 1e3])
 def test_momentum_and_energy_at_any_ratio_of_masses(ratio):
     """Action and reaction cancel to rounding; the step follows the frequency of the box on the cells."""

@@ -66,6 +66,36 @@ def test_it_has_what_the_result_has(run):
     assert "finished" in repr(stored)
 
 
+def test_names_with_a_slash_and_the_name_of_a_single_body_come_back(tmp_path):
+    """In the result file "/" would make a folder of a column."""
+    law = tc.NeoHookean(1e6, 0.3, 1000.0)
+    low = tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2)).with_sets(node_sets={"in/ner": np.array([0, 1, 3, 4])})
+    high = tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2), origin=(0.0, 0.0, 0.1001))
+    bodies = [
+        tc.Body(low, law, contact="zmax", name="rig/lower", rigid_parts=[tc.RigidPart("in/ner", mass=0.1)]),
+        tc.Body(high, law, (0.0, 0.0, -1.0), contact="zmin", name="rig/upper"),
+    ]
+    result = tc.simulate(tc.Scene(bodies, duration=1e-3), out=tmp_path / "two", frames=2)
+    stored = tc.open_result(tmp_path / "two")
+    assert stored.history.keys() == result.history.keys()
+    assert list(stored.pair_force) == ["rig-lower-rig-upper"]
+    assert "part_position:rig-lower-in-ner" in stored.history
+    assert stored.nodes_of("rig/upper") == result.nodes_of("rig/upper")
+    alone = tc.simulate(tc.Scene(bodies[1:], duration=1e-4), out=tmp_path / "one", frames=2)
+    assert tc.open_result(tmp_path / "one").nodes_of("rig/upper") == alone.nodes_of("rig/upper") == slice(0, 27)
+
+
+def test_two_rigid_parts_of_one_name_are_refused():
+    mesh = tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2)).with_sets(node_sets={"c": [0, 1, 3], "b-c": [0, 1, 3]})
+    law = tc.NeoHookean(1e6, 0.3, 1000.0)
+    bodies = [
+        tc.Body(mesh.translated((shift, 0.0, 0.0)), law, name=name, rigid_parts=[tc.RigidPart(part, mass=0.1)])
+        for shift, name, part in ((0.0, "a", "b-c"), (1.0, "a-b", "c"))
+    ]
+    with pytest.raises(tc.InputError, match="so is a rigid part of 'a' called"):
+        tc.Scene(bodies, duration=1.0)
+
+
 def test_frames_are_read_when_asked_for(run):
     result, folder = run
     shutil.copy(folder / "result.vtkhdf", folder.parent / "copy.vtkhdf")

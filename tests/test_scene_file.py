@@ -14,6 +14,7 @@ from scenes import block, material
 import tcontact as tc
 from tcontact import friction_layer
 from tcontact.commands.cli import main
+from tcontact.commands.run_scene import read_scene
 from tcontact.run.scene_files.toml import to_toml
 
 MAT = material()
@@ -238,6 +239,13 @@ def test_the_command_writes_the_files_of_a_run_and_the_readme_shows_how(tmp_path
     assert len(list(Path("runs/drop/frames").iterdir())) == 2
     assert main(["run", "drop.toml", "--frames", "0"]) == 2
     assert main(["run", "drop.toml", "--set", "cells=3", "--force"]) == 2
+
+
+def test_a_setting_changes_the_scheme_of_the_file(tmp_path):
+    scheme = '{ type = "hilber-hughes-taylor", dt = 1e-4, alpha = -0.2 }'
+    (tmp_path / "scene.toml").write_text(GOOD + f"\n[run]\nscheme = {scheme}\n")
+    found = read_scene(tmp_path / "scene.toml", ["dt=5e-5"])[1]
+    assert found == tc.HilberHughesTaylor(dt=5e-5, alpha=-0.2)
 
 
 def test_text_is_escaped_as_toml_wants_it():

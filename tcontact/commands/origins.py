@@ -62,14 +62,14 @@ def rebuilt(origin: Mapping[str, Any], folder: Path) -> Rebuilt:
     case = cases.load(name)
     wanted = settings.read(name, case, origin["set"])
     if label:
-        known = case.comparison(**wanted.scene) if hasattr(case, "comparison") else {}
+        known = settings.built(case.comparison, wanted.scene) if hasattr(case, "comparison") else {}
         if label not in known:
             raise InputError("origin.label", label, f"{name} compares {', '.join(known) or 'nothing'}; run again")
         chosen = known[label]
     elif not hasattr(case, "scene"):
         raise InputError("origin.case", name, f"has no mechanical scene, so that {folder} cannot be its run; run again")
     else:
-        chosen = case.scene(**wanted.scene)
+        chosen = settings.built(case.scene, wanted.scene)
     scene, scheme = chosen if isinstance(chosen, tuple) else (chosen, settings.scheme(wanted.scheme, case))
     parameters = settings.defaults(case) | wanted.scene | wanted.scheme
     return Rebuilt(f"{name} {label}".strip(), case, parameters, scene, scheme)

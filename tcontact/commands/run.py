@@ -78,10 +78,10 @@ def _run_case(arguments: argparse.Namespace) -> int:
     scheme = settings.scheme(wanted.scheme, case)
     parameters = settings.defaults(case) | wanted.scene
     if wanted.compare:
-        scenes = case.comparison(**wanted.scene)
+        scenes = settings.built(case.comparison, wanted.scene)
         places = {label: out / re.sub(r"[^a-z0-9]+", "-", label.lower()).strip("-") for label in scenes}
     else:
-        scenes = {"": case.scene(**wanted.scene)}
+        scenes = {"": settings.built(case.scene, wanted.scene)}
         places = {"": out}
     with on_first_rank(lambda: folder.replacing(out, arguments.force)):
         runs: dict[str, tuple[bool, Result]] = {}

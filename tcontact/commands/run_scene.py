@@ -10,6 +10,7 @@ from typing import Any
 from ..base.errors import InputError
 from ..run.history import MOST_ROWS
 from ..run.scene_files import load_scene
+from ..schemes import scheme_of
 from . import folder, settings
 from .together import on_first_rank
 
@@ -32,7 +33,9 @@ def read_scene(file: Path, pairs: list[str]) -> tuple[Any, Any, dict[str, Any], 
             remedy = "a scene file takes KEY=VALUE of " + ", ".join(settings.SCHEME_KEYS) + "; edit the file for others"
             raise InputError("--set", pair, remedy)
         given[key.strip()] = settings.value(key, text, settings.SCHEME_KEYS[key.strip()])
-    scheme = settings.scheme(given) if given else options.get("scheme", "central-difference")
+    scheme = scheme_of(options.get("scheme", "central-difference"))
+    if given:
+        scheme = settings.changed(settings.options_of(scheme), given)
     return scene, scheme, options, given
 
 

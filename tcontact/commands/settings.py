@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from inspect import signature
 from types import ModuleType
@@ -63,6 +63,20 @@ def read(name: str, case: ModuleType, pairs: Sequence[str]) -> Settings:
     return Settings(scene, scheme, compare)
 
 
+def built(build: Callable[..., Any], parameters: dict[str, Any]) -> Any:
+    """Return what a case makes of the parameters. Raises `InputError`, also where they are too large or too small."""
+    try:
+        return build(**parameters)
+    except InputError:
+        raise
+    except (ArithmeticError, IndexError, ValueError) as error:
+        if not parameters:
+            raise
+        given = " ".join(f"{name}={value}" for name, value in parameters.items())
+        remedy = f"the case cannot compute with that ({error}): give values nearer to the defaults"
+        raise InputError("--set", given, remedy) from error
+
+
 def defaults(case: ModuleType) -> dict[str, Any]:
     """Return the default of every parameter of the case."""
     return {key: parameter.default for key, parameter in signature(_builder(case)).parameters.items()}
@@ -104,17 +118,32 @@ def _wanted(kind: Any) -> str:
 
 def scheme(options: dict[str, Any], case: Any = None) -> Any:
     """Return the time scheme that the options ask for, else the case's own (its SCHEME). Raises `InputError`."""
-    own = dict(getattr(case, "SCHEME", {}))
-    if "dt" in options or "cfl" in options or options.get("scheme") == "central-difference":
-        own = {key: value for key, value in own.items() if key == "scheme"}
-    options = own | options
-    name = options.pop("scheme", "central-difference")
+    return changed(dict(getattr(case, "SCHEME", {})), options)
+
+
+def options_of(scheme: Any) -> dict[str, Any]:
+    """Return the options of a scheme that are not their defaults, with its name."""
+    values = {item.name: getattr(scheme, item.name) for item in fields(scheme) if item.init}
+    defaults = {item.name: item.default for item in fields(scheme)}
+    return {"scheme": scheme.name} | {name: value for name, value in values.items() if value != defaults[name]}
+
+
+def changed(own: dict[str, Any], options: dict[str, Any]) -> Any:
+    """Return the time scheme with its own options, but for those given: dt takes the place of cfl, and cfl that of dt.
+
+    Another scheme keeps those that it has too; central differences start anew, as an implicit step is too long for
+    them. Raises `InputError`.
+    """
+    name = options.get("scheme", own.get("scheme", "central-difference"))
     if name not in SCHEMES:
         raise InputError("--set scheme", name, hint(name, SCHEMES) + "use one of " + ", ".join(SCHEMES))
     taken = {item.name for item in fields(SCHEMES[name])}
+    dropped = {"dt", "cfl"} if "dt" in options or "cfl" in options else set()
+    kept = set() if options.get("scheme") == "central-difference" else taken - dropped
+    options = {key: value for key, value in options.items() if key != "scheme"}
     for key in options:
         if key not in taken:
             raise InputError(f"--set {key}", options[key], f"{name} has no such option")
     if options.get("cfl") is not None and options.get("dt") is not None:
         raise InputError("--set cfl, dt", (options["cfl"], options["dt"]), "give one of them")
-    return SCHEMES[name](**options)
+    return SCHEMES[name](**({key: value for key, value in own.items() if key in kept} | options))

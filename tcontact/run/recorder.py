@@ -111,7 +111,7 @@ class Recorder:
         self.stress: list[VonMises] = []
         self.whole_stress: list[CellStress] = []
         self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
-        if len(scene.bodies) > 1:
+        if several or scene.bodies[0].name:
             self.attributes["bodies"] = [scene.label(number) for number in range(len(scene.bodies))]
         try:
             self.file = self._opened(frames)

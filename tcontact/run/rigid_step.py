@@ -25,6 +25,7 @@ class RigidStep:
     def __init__(self, run: Any, domain: Any) -> None:
         self.domain = domain
         self.place = run.history.layout.place["rigid_rate"].start
+        self._nodes = 0.0  # stable step of the nodes alone at the last row [s]
 
     @staticmethod
     def of(run: Any) -> RigidStep | None:
@@ -60,15 +61,15 @@ class RigidStep:
     def largest_rate(self, run: Any) -> float:
         """Return the rate [1/s^2] above which the present step is too close to the limit."""
         step = run.dt / CLOSE
-        stable = max(0.0, 4.0 / step**2 - 4.0 / run.node_limit(self.domain.rows(np.zeros(1))[-1]) ** 2)
+        stable = max(0.0, 4.0 / step**2 - 4.0 / self._nodes**2)
         if run.scheme.dt is not None:
             return stable
         return min(stable, self._stiffer(run) * (RESOLVED / step) ** 2)
 
     def _limit(self, run: Any, row: np.ndarray) -> float:
         """Return the limit of the step [s] at a row."""
-        rate = float(row[self.place])
-        stable = with_rigid(run.node_limit(row), rate)
+        rate, self._nodes = float(row[self.place]), run.node_limit(row)
+        stable = with_rigid(self._nodes, rate)
         if run.scheme.dt is not None or rate == 0.0:
             return stable
         return min(stable, RESOLVED * float(np.sqrt(self._stiffer(run) / rate)))

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..base import validate
+from ..base.column_names import column_word
 from ..base.errors import InputError
 from .body import Body
 from .contact_models import MasslessContact, PenaltyContact
@@ -62,7 +63,7 @@ class Pair:
     @property
     def name(self) -> str:
         """The name of the pair in the history."""
-        return f"{self.first}-{self.second}"
+        return column_word(f"{self.first}-{self.second}")
 
 
 @dataclass(frozen=True)
@@ -137,7 +138,7 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
         for first, second in itertools.combinations(range(len(scene.bodies)), 2):
             slave = min(first, second, key=ranks.__getitem__)
             if may_meet(scene, first, second) and not _held(scene.bodies[slave]):
-                name = f"{scene.label(first)}-{scene.label(second)}"
+                name = column_word(f"{scene.label(first)}-{scene.label(second)}")
                 found.append(BodyPair(name, first, second, slave, friction=scene.friction))
         _check_pair_names(found)
         return tuple(found)

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..base import validate
+from ..base.column_names import column_word
 from ..base.errors import FunctionError, InputError
 from .body import Body
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
@@ -97,6 +98,7 @@ class Scene:
         object.__setattr__(self, "maxima", checked_maxima(self.maxima, self.plastic))
         _check_names("Body.name", "bodies", self.bodies, self.label)
         self._check_probes()
+        self._check_part_names()
         _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
         object.__setattr__(self, "springs", tuple(springs_of(self)))
         object.__setattr__(self, "bodies", with_spring_speeds(self.bodies, self.springs))
@@ -244,8 +246,8 @@ class Scene:
                     )
 
     def probe_column(self, index: int, probe: Probe) -> str:
-        """Return the history column of a probe of body `index`; in the result file "/" would make a folder."""
-        return f"probe_{self.label(index)}_{probe.set}_{probe.quantity}".replace("/", "-")
+        """Return the history column of a probe of body `index`."""
+        return column_word(f"probe_{self.label(index)}_{probe.set}_{probe.quantity}")
 
     def _check_probes(self) -> None:
         """Refuse two probes with one column, as of the body "a" with the set "b_c" and "a_b" with "c"."""
@@ -257,6 +259,17 @@ class Scene:
                     remedy = f"has the column of a probe of {columns[name]!r}; rename the body or the set"
                     raise InputError(f"Scene.bodies[{index}].probes", name, remedy)
                 columns[name] = self.label(index)
+
+    def _check_part_names(self) -> None:
+        """Refuse two rigid parts with one name in the history, as two probes."""
+        owners: dict[str, str] = {}
+        for index, body in enumerate(self.bodies):
+            for part in body.rigid_parts:
+                name = column_word(f"{self.label(index)}-{part.set}")
+                if name in owners:
+                    remedy = f"so is a rigid part of {owners[name]!r} called in the history; rename the body or the set"
+                    raise InputError(f"Scene.bodies[{index}].rigid_parts", name, remedy)
+                owners[name] = self.label(index)
 
     def __repr__(self) -> str:
         """Return a few lines: the bodies, the obstacles and the settings."""
