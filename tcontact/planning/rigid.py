@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ..base.column_names import column_word
 from ..base.errors import InputError
 from ..kernels.rigid_places import DRIVEN, FREE, PRESCRIBED
 from ..scene.body import Body
@@ -114,10 +113,9 @@ def rigid_parts(
         moving = moving if part.velocity is None or part.driven else part.velocity
         turning = turning if part.angular_velocity is None or part.driven else part.angular_velocity
         velocity = moving + np.cross(turning, joint - reference)
-        name = column_word(f"{label}-{part.set}")
         kind = DRIVEN if part.driven else FREE
         ties = {"nodes": rows[nodes], "arms": place - joint, "motion": motion, "part": part}
-        found.append(RigidPlan(name, kind, total, inertia, joint, velocity, turning, **ties))
+        found.append(RigidPlan(part.column(label), kind, total, inertia, joint, velocity, turning, **ties))
     return tuple(found)
 
 

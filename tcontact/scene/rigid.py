@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base import validate
+from ..base.column_names import column_word
 from ..base.errors import InputError
 
 ROUNDING = 1e-9  # relative asymmetry of an inertia matrix, and excess of a moment over the sum of the others
@@ -114,6 +115,10 @@ class RigidPart:
     def name(self) -> str:
         """Its set, for messages."""
         return self.set
+
+    def column(self, body: str) -> str:
+        """Return its name in the history; body: that of its body."""
+        return column_word(f"{body}-{self.set}")
 
     @property
     def reference(self) -> Any:

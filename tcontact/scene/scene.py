@@ -265,7 +265,7 @@ class Scene:
         owners: dict[str, str] = {}
         for index, body in enumerate(self.bodies):
             for part in body.rigid_parts:
-                name = column_word(f"{self.label(index)}-{part.set}")
+                name = part.column(self.label(index))
                 if name in owners:
                     remedy = f"so is a rigid part of {owners[name]!r} called in the history; rename the body or the set"
                     raise InputError(f"Scene.bodies[{index}].rigid_parts", name, remedy)
