@@ -43,6 +43,13 @@ try:
     tc.simulate(scene, comm="world")
 except tc.InputError as refused:
     said = str(refused)
+still = world.gather(float(mine.on_all_ranks().velocity[:, 2].mean()))  # each is the result of one process
+parted = ""
+try:
+    tc.simulate(normal(), scheme, comm=pair).on_all_ranks()
+except tc.InputError as refused:
+    parted = str(refused)
+parted = world.gather(parted)
 if own == 0:
     names = ("shared", "own-0", "own-2")
     ranks = [json.loads(Path(folder, name, "summary.json").read_text()).get("ranks", 1) for name in names]
@@ -51,3 +58,5 @@ if own == 0:
     print("ranks", *ranks)
     print("threads", *threads)
     print("refused", said)
+    print("still", *still)
+    print("parted", *set(parted))

@@ -242,6 +242,19 @@ def crossed():
     return tc.Scene([lower, upper], duration=1.4e-3, contact=contact, friction=tc.Coulomb(0.1))
 
 
+def tied():
+    """Springs between sets in the middle and at the far ends of two bodies, to a point, and one at a rigid part."""
+    mesh = tc.box_mesh(SIZE, (3, 3, 7))
+    inner = np.flatnonzero((np.abs(mesh.nodes[:, 2] - SIZE[2] * 5.0 / 7.0) < 1e-9) & (mesh.nodes[:, 0] > 0.06))
+    springs = [tc.Spring("inner", 2e5, 30.0, to=(0.3, 0.1, 0.05)), tc.Spring("zmax", 1e5, 20.0, to=("second", "zmax"))]
+    first = tc.Body(
+        mesh.with_sets(node_sets={"inner": inner}), LAWS["neo"], (1.0, 0.0, -5.0), springs=springs, name="first"
+    )
+    part = tc.RigidPart("zmax", mass=0.2)
+    second = block(counts=(3, 3, 6), at=(0.0, 0.4, 0.0), rigid_parts=[part], name="second")
+    return tc.Scene([first, second], duration=1e-3)
+
+
 def uneven_laws():
     """Flight of a body that is half of a metal, of which a rank may have no cells: when shapes are looked at."""
     body = block(counts=(3, 3, 8), velocity=lambda x: 30.0 * np.sin(26.0 * x[:, [2, 2, 2]]) * (0.0, 0.3, 1.0))
@@ -276,6 +289,7 @@ EVERY = (
     crossed,
     squeezed,
     uneven_laws,
+    tied,
 )
 SCENES = {one.__name__: one for one in EVERY}
 SCHEMES = {"crushed": tc.CentralDifference(cfl=0.2), "burst": tc.CentralDifference(dt=1.7e-4)}

@@ -27,6 +27,7 @@ SCENES = (
     "pressed",
     "crossed",
     "squeezed",
+    "tied",
 )
 # those of other changes than from two ranks to one: all of them with --slow alone
 SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")

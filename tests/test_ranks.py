@@ -225,6 +225,8 @@ def test_a_communicator_of_the_script_says_who_shares_a_scene(tmp_path):
     assert [float(speed) for speed in found["speeds"].split()] == pytest.approx([1.0, 2.0, 3.0])
     assert found["ranks"] == "2 1 1"
     assert set(found["threads"].split()) == {str(max(1, len(os.sched_getaffinity(0)) // 3))}
+    assert found["still"] == found["speeds"]
+    assert found["parted"].startswith("comm = None: these ranks have not shared one run")
     assert found["refused"].startswith("comm = 'world': give a communicator of mpi4py")
 
 

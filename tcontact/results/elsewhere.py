@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from ..base.errors import InputError
 from .result import ON_FIRST, Result
@@ -13,6 +13,7 @@ class ResultElsewhere(Result):
     """A `Result` without the fields `ON_FIRST`, each of which raises `InputError` where it is read."""
 
     rank: int
+    whole: ClassVar[bool] = False
 
     @classmethod
     def on(cls, rank: int, **fields: Any) -> ResultElsewhere:
@@ -33,7 +34,8 @@ class ResultElsewhere(Result):
 def _of_first(name: str) -> property:
     def refuse(self: ResultElsewhere) -> Any:
         remedy = "the first rank alone has values of nodes and cells: read them where tc.is_first_rank() is True, or"
-        raise InputError(f"Result.{name}", f"on rank {self.rank}", f"{remedy} call result.on_all_ranks() on all ranks")
+        remedy += " call result.on_all_ranks() on all ranks, with the communicator of the run where simulate had one"
+        raise InputError(f"Result.{name}", f"on rank {self.rank}", remedy)
 
     return property(refuse, doc=f"Raises `InputError`: the first rank has {name}.")
 

@@ -81,6 +81,7 @@ class Result(Outcome):
     precision: str = "f64"
     file: Path | None = None
 
+    whole: ClassVar[bool] = True  # has the values of nodes and cells, unlike results of other ranks (elsewhere.py)
     notebook: ClassVar[Any]  # shows a result in a notebook; pictures stand above results, so the package sets it
 
     def nodes_of(self, name: str) -> slice:
@@ -114,10 +115,15 @@ class Result(Outcome):
 
         A run that processes share under mpiexec leaves position, velocity, contact_node_force, layers, metals and
         points on the first rank; the result of one process is returned as it is. comm: communicator of the run, as in
-        `simulate`. Raises `InputError` where the first rank has no such values, and if a rank does something else.
+        `simulate`. Raises `InputError` where these ranks have not shared one run, and if a rank does something else.
         """
         together = team(comm, "shares a result")
-        return self if together is None else self.shared_by(together)
+        whole = [True] if together is None else together.comm.allgather(self.whole)
+        if together is None or all(whole):
+            return self
+        if not whole[0] or any(whole[1:]):
+            raise InputError("comm", comm, "these ranks have not shared one run; give the communicator that it had")
+        return self.shared_by(together)
 
     def shared_by(self, together: Team) -> Result:
         """Return the result with the values of nodes and cells that the first of some ranks has, on all of them."""

@@ -8,7 +8,6 @@ from typing import Any
 
 from ..base.errors import InputError
 from ..device.team import Team
-from ..results.elsewhere import ResultElsewhere
 from ..results.result import Result
 from ..scene.cell_blocks import AVERAGED
 from ..scene.scene import Scene
@@ -57,7 +56,7 @@ def check_same_start(team: Team, initial: Result) -> None:
     Raises `InputError` on all ranks.
     """
     own = None
-    if not isinstance(initial, ResultElsewhere):
+    if initial.whole:
         own = zlib.crc32(initial.velocity.tobytes(), zlib.crc32(initial.position.tobytes()))
     known = team.comm.allgather(own)
     others = [rank for rank, found in enumerate(known) if found not in (None, known[0])]

@@ -17,6 +17,7 @@ from ...mesh.box_arrays import BoxMesh
 from ...mesh.geometry import cells_at, joined
 from ...mesh.mesh import Mesh
 from ...scene.scene import Scene
+from ...scene.springs import SceneSpring
 from ..body_plan import BodyPlan, ContactPlan
 from ..domain import Domain
 from ..springs import spring_nodes
@@ -158,7 +159,7 @@ def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
     numbers = tuple(domain.numbers[number] for number in there)
     pairs = domain.pairs if rank in ((0,) if contact is None else contact.ranks) else ()
     if rank == 0:
-        part = PartDomain(plans, numbers, pairs, domain.springs, domain.obstacles)
+        part = PartDomain(plans, numbers, pairs, _springs_of(domain, bodies), domain.obstacles)
     else:
         part = PartDomain(plans, numbers, pairs)
     part.chunks, part.mixed, part.records_friction = domain.chunks, domain.mixed, domain.records_friction
@@ -173,6 +174,20 @@ def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
         part.counted = np.ones(len(part.boundary))
         part.counted[found.guests()] = 0.0
     return found
+
+
+def _springs_of(domain: Domain, bodies: list[BodyPart]) -> tuple[SceneSpring, ...]:
+    """Return the springs of a domain with the numbers that their nodes have in the parts of its bodies."""
+    found = []
+    for spring in domain.springs:
+        ends = [
+            end
+            if end.body is None
+            else end._replace(nodes=np.searchsorted(bodies[domain.numbers.index(end.body)].part.nodes, end.nodes))
+            for end in spring.ends
+        ]
+        found.append(spring._replace(ends=(ends[0], ends[1])))
+    return tuple(found)
 
 
 def shares_contact(domain: Domain, cut: np.ndarray) -> bool:

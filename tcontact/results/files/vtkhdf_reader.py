@@ -19,6 +19,7 @@ from ...base.errors import InputError
 from ...device.atomic_file import AtomicFile, read_undo
 from ...mesh.elements import ELEMENTS
 from .part_places import FOLDER, PartPlace, assembled, joined_mesh, part_path
+from .still_written import settled
 
 FORMAT = 2  # format of the group /tcontact; 1 had no checksums
 CHECK = "crc32"  # attribute of an array that is stored as a whole
@@ -68,8 +69,12 @@ class ResultData:
 
     @classmethod
     def open(cls, path: Path | str) -> ResultData:
-        """Open a file that `ResultFile` wrote; raises `InputError` if it is missing, foreign or cut short."""
-        path = validate.path("path", path, "give the name of a result.vtkhdf")
+        """Open a file that `ResultFile` writes or wrote; raises `InputError` if it is missing, foreign or cut short."""
+        place = validate.path("path", path, "give the name of a result.vtkhdf")
+        return settled(place, lambda: cls._read(place), (InputError,))
+
+    @classmethod
+    def _read(cls, path: Path) -> ResultData:
         with _opened(path) as file:
             try:
                 root = file["VTKHDF"]
@@ -119,17 +124,30 @@ class ResultData:
         """Return frame `index` (negative: from the end); raises `InputError` outside the series or for damaged data."""
         if not -len(self) <= index < len(self):
             raise InputError("frame", index, f"the file holds {len(self)} frames, numbered from 0")
-        with self.opened() as read:
-            return read(index % len(self))
+        try:
+            return settled(self.path, lambda: self._frame(index % len(self)), DAMAGED)
+        except DAMAGED:
+            with self.opened() as read:  # says which frames are whole
+                return read(index % len(self))
+
+    def _frame(self, index: int) -> Frame:
+        with ExitStack() as files:
+            return self._reader(files).read(index)
+
+    def _reader(self, files: ExitStack) -> FrameReader | JoinedReader:
+        """Open the file, and those of its parts, to read frames."""
+        file = files.enter_context(_opened(self.path))
+        parts = [FrameReader(part, files.enter_context(_opened(part.path))) for part in self.parts]
+        return JoinedReader(self, file, parts) if parts else FrameReader(self, file)
 
     @contextmanager
     def opened(self) -> Iterator[Callable[[int], Frame]]:
         """Yield what reads a frame by its number from 0, as `frame` does: the file is opened once for many."""
         with ExitStack() as files:
-            file = files.enter_context(_opened(self.path))
             try:
-                parts = [FrameReader(part, files.enter_context(_opened(part.path))) for part in self.parts]
-                reader = JoinedReader(self, file, parts) if parts else FrameReader(self, file)
+                reader = self._reader(files)
+            except InputError:
+                raise
             except DAMAGED as error:
                 raise InputError("path", str(self.path), f"no frame is whole ({error}); run again") from error
 
@@ -180,6 +198,9 @@ class ResultData:
     @property
     def history(self) -> dict[str, np.ndarray]:
         """Per-step arrays [steps] or [steps,k] by name, read from the file at each call; `InputError` if damaged."""
+        return settled(self.path, self._history, (InputError,))
+
+    def _history(self) -> dict[str, np.ndarray]:
         with _opened(self.path) as file:
             try:
                 return {name: stored(array, self.format) for name, array in file["tcontact/history"].items()}
@@ -331,6 +352,8 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         if disk is not None:
             disk.close()
         remedy = "not an HDF5 file, empty or cut short; give a result.vtkhdf that a run wrote"
+        if path.stat().st_size == 0:
+            remedy = "is empty: the run has stored nothing yet: read it again, or give a result.vtkhdf that a run wrote"
         raise InputError("path", str(path), remedy) from error
     try:
         with file:
