@@ -16,7 +16,7 @@ def written(tmp_path_factory):
     """The folder of a run of one cell that falls."""
     folder = tmp_path_factory.mktemp("written") / "run"
     body = tc.Body(tc.box_mesh((0.1, 0.1, 0.1), (1, 1, 1)), tc.LinearElastic(1e6, 0.3, 1e3), velocity=(0.0, 0.0, -1.0))
-    tc.simulate(tc.Scene([body], duration=1e-3), out=folder, frames=3)
+    tc.simulate(tc.Scene([body], duration=2e-2), out=folder, frames=3)
     return folder
 
 
