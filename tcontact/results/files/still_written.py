@@ -6,6 +6,7 @@ states, which checksums and lengths tell.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -30,7 +31,7 @@ def settled(path: Path, read: Callable[[], Value], failures: tuple[type[Exceptio
         try:
             return read()
         except failures:
-            if now == known or not path.is_file():
+            if now == known or not os.path.isfile(path):  # unlike a path's method it takes any name
                 raise
         known = now
         time.sleep(PAUSE)
@@ -40,10 +41,10 @@ def settled(path: Path, read: Callable[[], Value], failures: tuple[type[Exceptio
 def _state(path: Path) -> tuple[Any, ...]:
     """Return what tells that a file has been written: sizes and times of it and of its undo file."""
     found: list[Any] = []
-    for one in (path, undo_path(path)):
+    for place in (lambda: path, lambda: undo_path(path)):
         try:
-            about = one.stat()
+            about = place().stat()
             found.append((about.st_size, about.st_mtime_ns, about.st_ino))
-        except OSError:
+        except (OSError, ValueError):  # not there, or no name of a file
             found.append(None)
     return tuple(found)

@@ -126,6 +126,8 @@ class ResultData:
             raise InputError("frame", index, f"the file holds {len(self)} frames, numbered from 0")
         try:
             return settled(self.path, lambda: self._frame(index % len(self)), DAMAGED)
+        except InputError:
+            raise
         except DAMAGED:
             with self.opened() as read:  # says which frames are whole
                 return read(index % len(self))
