@@ -8,7 +8,8 @@ def test_other_ranks_make_no_whole_mesh_or_plan_and_get_the_end_where_all_ask(tm
     assert done.returncode == 0, done.stderr
     found = dict(line.split(" ", 1) for line in done.stdout.splitlines())
     assert found["refused"] == "2"
-    assert found["remedy"] == "result.on_all_ranks() on all ranks"
+    where = "with the communicator of the run where simulate had one"
+    assert found["remedy"] == f"result.on_all_ranks() on all ranks, {where}"
     assert found["alike"] == "1 1"
     assert float(found["back"]) < 1e-2  # of the way; 4 if the velocity were not reversed
     # two runs: no cells of whole bodies beside the states, no states beside the whole end
