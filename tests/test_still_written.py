@@ -20,13 +20,15 @@ def written(tmp_path_factory):
     return folder
 
 
-def later(act):
-    """Do something in a moment, in another thread."""
-    threading.Timer(0.5 * still_written.PAUSE, act).start()
+@pytest.fixture
+def later(monkeypatch):
+    """Do something between the first try and the second, in another thread; the pause is long for a busy machine."""
+    monkeypatch.setattr(still_written, "PAUSE", 1.0)
+    return lambda act: threading.Timer(0.3, act).start()
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.7])
-def test_a_file_that_is_finished_meanwhile_is_read(written, tmp_path, share):
+def test_a_file_that_is_finished_meanwhile_is_read(written, tmp_path, later, share):
     whole, path = (written / "result.vtkhdf").read_bytes(), tmp_path / "result.vtkhdf"
     path.write_bytes(whole[: int(share * len(whole))])
     later(lambda: path.write_bytes(whole))
@@ -35,7 +37,7 @@ def test_a_file_that_is_finished_meanwhile_is_read(written, tmp_path, share):
     assert len(found.history["time"]) > 1
 
 
-def test_a_frame_that_is_finished_meanwhile_is_read(written, tmp_path):
+def test_a_frame_that_is_finished_meanwhile_is_read(written, tmp_path, later):
     path = tmp_path / "result.vtkhdf"
     shutil.copy(written / "result.vtkhdf", path)
     whole, data = path.read_bytes(), tc.open_result(path).frames
