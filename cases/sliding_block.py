@@ -81,6 +81,7 @@ def scene(
         usual if value is None else value for value, usual in zip(given, DEFAULTS[motion], strict=True)
     )
     choices.positive(height=height, gravity=gravity, density=density, cells=cells)
+    choices.not_negative(damping=damping, viscosity=viscosity)
     if not 0.0 <= angle < 90.0:
         raise tc.InputError("angle", angle, "give degrees from 0 to below 90")
     steep = np.tan(np.radians(angle))

@@ -4,6 +4,7 @@ Warnings that a script turns into errors, those that the first rank finds alone,
 that have ended, and damaged checkpoints.
 """
 
+import errno
 import sys
 import warnings
 from pathlib import Path
@@ -50,6 +51,11 @@ def damaged(folder):
     path.write_bytes(content)
 
 
+def full(*_given):
+    """Fail as a full disk does."""
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
 def main(folder):
     """Do everything on all ranks."""
     told = {}
@@ -66,6 +72,11 @@ def main(folder):
     told["start"] = caught(lambda: tc.simulate(tc.Scene([block()], duration=1e-4), initial=mine))
     tc.simulate(normal(), out=folder / "ended", frames=2)
     told["ended"] = caught(lambda: tc.resume(folder / "ended", normal()))
+    written = store.write
+    if OWN == 1:
+        store.write = full
+    told["full"] = "; ".join(tc.simulate(normal(), out=folder / "full", checkpoint=CHECKPOINT).warnings)
+    store.write = written
     original = stop_in_step_6("signalled")
     tc.simulate(normal(), out=folder / "stopped", frames=2, checkpoint=CHECKPOINT)
     DomainState.advance = original

@@ -213,6 +213,12 @@ def test_a_run_that_has_ended_is_not_to_be_run_again(told):
     assert all("the run there has ended; there is nothing to go on with" in one["ended"] for one in told)
 
 
+def test_a_rank_that_alone_cannot_write_checkpoints_is_named(told):
+    assert "no checkpoint could be written into" in told[0]["full"]
+    assert "checkpoint-ranks/1 (No space left on device)" in told[0]["full"]
+    assert told[0]["full"] == told[1]["full"]
+
+
 def test_a_damaged_checkpoint_of_a_rank_is_named_once_and_the_one_before_it_taken(told):
     assert "checkpoint-ranks/1/checkpoint-" in told[0]["damaged"]
     assert told[0]["damaged"].count("is damaged and passed over") == 1

@@ -169,6 +169,6 @@ def test_a_shortened_step_is_the_same_for_estimates_that_differ_in_rounding():
 
 @pytest.mark.parametrize("numbers", [[], [7], [5, 5, 0], range(3, 200_000, 7), [80_000, 2, 40_000]])
 def test_rows_of_the_random_start_are_those_of_the_whole_one(numbers):
-    """Whatever their order, one of them twice, none at all, over several portions."""
+    """The rows are equal in any order, with one of them twice, without any, and drawn in several portions."""
     numbers = np.array(numbers, dtype=np.int32)
     assert np.array_equal(random_rows(numbers), random_vector(3 * 200_000).reshape(-1, 3)[numbers])
