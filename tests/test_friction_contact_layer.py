@@ -1,7 +1,7 @@
 """Friction layers in a run: their heat is friction work, they outlive contact, cost nothing where absent (METHOD 5)."""
 
-import dataclasses
 import sys
+from dataclasses import fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -76,7 +76,7 @@ def test_layers_are_what_the_model_says():
     """Every option of the model, none at its default and all of them, arrives at the layers of the contact nodes."""
     options = {"points": 8, "grading": 10.0, "thickness": 2e-6, "heat_share": 0.3, "plastic_heat": 0.5}
     options |= {"initial_temperature": 400.0, "method": "stress-secant", "reload": False}
-    defaults = {field.name: field.default for field in dataclasses.fields(tc.FrictionLayer)}
+    defaults = {field.name: field.default for field in fields(tc.FrictionLayer)}
     assert all(defaults[name] != value for name, value in options.items())
     assert set(defaults) - set(options) == {"material", "coefficient", "tolerance", "substeps"}
     for given in ({"material": COPPER} | options, {}):
@@ -96,7 +96,7 @@ def test_hot_slide_meets_its_checks_and_says_when_it_does_not():
     assert len(found) == 11
     assert not [check for check in found if not check.passed]
     for column, share in (("layer_heat", 1.001), ("friction_work", 1.2), ("layer_temperature_max", 10.0)):
-        spoiled = dataclasses.replace(result, history=result.history | {column: share * result.history[column]})
+        spoiled = replace(result, history=result.history | {column: share * result.history[column]})
         assert [check for check in hot_slide.checks(spoiled) if not check.passed], column
     layer, dry = hot_slide.comparison(cells=2).values()
     assert isinstance(layer.friction, tc.FrictionLayer)
@@ -246,7 +246,7 @@ def test_a_row_shows_the_layers_at_its_time(removal, tmp_path):
     The speed of the rows is that of the whole block: its contact cell has no viscosity, which would hold the face back.
     """
     scene = plate(removal, duration=2e-8, stiffness=2e13)
-    scene = dataclasses.replace(scene, contact=dataclasses.replace(scene.contact, cell_viscosity=0.0))
+    scene = replace(scene, contact=replace(scene.contact, cell_viscosity=0.0))
     result = simulate(scene, dt=1e-9, out=tmp_path, frames=2)
     history = result.history
     hottest, shear = history["layer_temperature_max"], history["layer_shear_min"]
@@ -288,7 +288,7 @@ def test_plastic_heat_is_that_of_the_row():
 def test_friction_layers_that_are_not_accurate_are_named():
     """One layer step a mechanical one at 2 km/s is far off; as many as it takes are not."""
     scene = hot_slide.scene(cells=2, speed=2000.0, duration=3e-7)
-    coarse = dataclasses.replace(scene, friction=dataclasses.replace(scene.friction, substeps=1))
+    coarse = replace(scene, friction=replace(scene.friction, substeps=1))
     result, kinds = warned(coarse)
     assert result.ok
     assert kinds == [tc.LayerWarning]
@@ -297,3 +297,22 @@ def test_friction_layers_that_are_not_accurate_are_named():
     result, kinds = warned(scene)
     assert result.history["layer_error"].max() < 5.0 * scene.friction.tolerance
     assert not kinds
+
+
+@pytest.mark.parametrize(("own", "of_scene"), [(0.05, 0.3), (0.3, 0.05), (0.05, None), (0.0, 0.3)])
+def test_a_layer_has_the_coefficient_of_the_obstacle(own, of_scene):
+    """Whether the obstacle or the scene names it: in the force, and in the heat that the profiles hold."""
+    scene = sliding(duration=6e-8)
+    (plane,) = scene.obstacles
+    friction = tc.FrictionLayer(coefficient=own) if own else tc.NoFriction()
+    law = None if of_scene is None else tc.FrictionLayer(coefficient=of_scene)
+    found = simulate(replace(scene, obstacles=[replace(plane, friction=friction)], friction=law), cfl=0.2)
+    if not own:
+        assert (found.history["layer_temperature_max"] == 300.0).all()
+        assert not found.history["friction_work"].any()
+        return
+    wanted = simulate(replace(scene, friction=friction), cfl=0.2)
+    assert wanted.history["friction_work"][-1] > 0.0
+    for name in ("contact_force", "friction_work", *LAYERS):
+        assert np.array_equal(found.history[name], wanted.history[name], equal_nan=True), name
+    assert np.array_equal(found.layers[0].temperature, wanted.layers[0].temperature)

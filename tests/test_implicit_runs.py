@@ -359,3 +359,17 @@ def test_frames_and_pressures_of_an_implicit_run(tmp_path):
     total = result.contact_node_force.sum(axis=0)
     assert np.abs(total - result.history["contact_force"][-1]).max() < 1e-9
     assert total[2] > 100.0
+
+
+@pytest.mark.parametrize("wall", ["sphere", "cylinder"])
+@pytest.mark.parametrize("scheme", [tc.DiscreteGradient, tc.Gonzalez])
+def test_normal_removal_meets_curved_obstacles(wall, scheme):
+    """The static solve moves the nodes along the directions without mass, which are not the normals there."""
+    body, contact = cube(3, gap=5e-4, speed=1.5), tc.MasslessContact(removal="normal")
+    made = scene(body, WALLS[wall], contact, duration=2e-3)
+    result = run(made, scheme(dt=1e-4))
+    other = run(made, scheme(dt=1e-4, reproject=False))
+    assert result.history["contact_force"].max() > 0.0
+    assert energy_error(result) < 1.05 * energy_error(other) < 5e-3
+    assert momentum_error(result) < 1e-9
+    assert result.history["impulse"][-1] == pytest.approx(other.history["impulse"][-1], rel=1e-3)

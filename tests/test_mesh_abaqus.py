@@ -195,3 +195,27 @@ def test_line_endings_blanks_and_letters_do_not_matter(tmp_path):
         assert np.array_equal(mesh.cells, plain.cells)
         assert mesh.face_sets.keys() == plain.face_sets.keys()
         assert mesh.node_sets.keys() == plain.node_sets.keys()
+
+
+def test_quoted_names_byte_order_marks_and_fortran_numbers(tmp_path):
+    """A comma within quotation marks belongs to a name; 1.0D0 is a number; a file may begin with a byte order mark."""
+    text = HEXES[HEXES.index("*Part") :].replace("20, 1., 0., 0.", "20, 1.0D0, 0., 0.d0")
+    text = text.replace("nset=Top, generate", 'nset="Set-1, top", generate').replace(
+        "nset=Some\n", 'nset="Set-1, some"\n'
+    )
+    path = tmp_path / "mesh.inp"
+    path.write_text(text.replace("\n Top\n", '\n "Set-1, top"\n'), encoding="utf-8-sig")
+    mesh = read_mesh(path)
+    plain = tmp_path / "plain.inp"
+    plain.write_text(HEXES)
+    known = read_mesh(plain)
+    assert np.array_equal(mesh.nodes, known.nodes)
+    assert np.array_equal(mesh.node_sets["Set-1, top"], known.node_sets["Top"])
+    assert np.array_equal(mesh.node_sets["Set-1, some"], known.node_sets["Some"])
+
+
+def test_surfaces_made_of_others_are_refused_by_name(tmp_path):
+    path = tmp_path / "mesh.inp"
+    path.write_text(HEXES + "*Surface, name=Sum, combine=union\n top, Walls\n")
+    with pytest.raises(InputError, match=r"surface 'Sum' combines others"):
+        read_mesh(path)

@@ -139,6 +139,46 @@ def test_a_run_goes_on_from_another_with_its_plastic_state(formulation):
             tc.simulate(other, initial=first)
 
 
+def test_the_state_of_a_metal_stays_with_its_cells_however_regions_are_named_and_cut():
+    hard = replace(COPPER, hardening=tc.LinearHardening(3e9, 100e6))
+    mesh = hit(cells=3).bodies[0].mesh
+    left = mesh.cell_centres()[:, 0] < 1e-3
+    halves = {"left": np.flatnonzero(left), "right": np.flatnonzero(~left)}
+    low = mesh.cell_centres()[:, 2] < 7e-4
+    others = {"right": np.flatnonzero(low), "left": np.flatnonzero(~low)}
+
+    def scene(sets, materials, duration=1e-9):
+        body = tc.Body(mesh.with_sets(cell_sets=sets), materials, (0.0, 0.0, -150.0), contact="zmin")
+        return tc.Scene([body], [tc.Plane()], duration, contact=tc.MasslessContact(removal="normal"))
+
+    first = tc.simulate(scene(halves, {"left": COPPER, "right": hard}, 3e-7), HALF)
+    strain, same = first.metals["plastic_strain"], []
+    assert strain[left].mean() > 2.0 * strain[~left].mean()
+    for sets, materials in (
+        (halves, {"right": hard, "left": COPPER}),
+        ({"one": halves["right"], "two": halves["left"]}, {"one": hard, "two": COPPER}),
+        (others, {"left": COPPER, "right": hard}),
+        ({}, COPPER),
+    ):
+        second = tc.simulate(scene(sets, materials), HALF, initial=first)
+        assert (second.metals["plastic_strain"] >= strain - 1e-12).all(), materials  # it never falls
+        if sets and sets is not others:
+            same.append(second.position)
+    assert np.abs(same[0] - same[1]).max() < 1e-15
+
+
+def test_a_start_from_a_mesh_of_another_shape_is_refused():
+    """A translation alone changes nothing; a rotated or stretched mesh would be under stress at once."""
+    scene = hit(duration=1e-8)
+    first, (body,) = tc.simulate(scene, HALF), scene.bodies
+    for mesh in (body.mesh.scaled(1.001), body.mesh.rotated(((0, 0, 1), 0.3))):
+        with pytest.raises(tc.InputError, match="nodes at other places in the mesh"):
+            tc.simulate(replace(scene, bodies=[replace(body, mesh=mesh)]), HALF, initial=first)
+    moved = replace(body, mesh=body.mesh.translated((1e-4, 0.0, 0.0)))
+    again = [tc.simulate(replace(scene, bodies=[one]), HALF, initial=first) for one in (body, moved)]
+    assert np.abs(again[0].position - again[1].position).max() < 1e-12
+
+
 def test_a_plastic_state_taken_over_is_neither_warned_of_nor_lost_by_resume(monkeypatch, tmp_path):
     """A step that suits the state is not called too long; checkpoints hold the state also where nothing flows."""
     first = tc.simulate(hit(duration=3e-7), HALF)

@@ -15,7 +15,7 @@ from tcontact.mesh.elements import ELEMENTS
 from tcontact.results.files.vtkhdf import ResultData, ResultFile
 from tcontact.show import render
 from tcontact.show.render.animation import can_film
-from tcontact.show.render.labels import round_up
+from tcontact.show.render.labels import _places_of, _power_of, round_up, ticks
 from tcontact.show.render.studio import Studio
 from tcontact.show.render.surface import Clip, boundary_surface, clipped_surface
 
@@ -408,3 +408,20 @@ def _palettes(path):
             at += 1 + data[at]
         at += 1
     return shared, local
+
+
+@pytest.mark.parametrize(
+    "limits", [(0.0, 2.5e-5), (0.0, 5e-5), (300.0, 300.002), (0.0, 3.0), (-4e4, 7.7e5), (0.0, 250.0)]
+)
+def test_marks_of_the_colour_bar_say_where_they_are(limits):
+    marks = ticks(*limits)
+    places = _places_of(marks)
+    assert [float(f"{mark:.{places}f}") for mark in marks] == pytest.approx(
+        list(marks), abs=0.01 * (marks[1] - marks[0])
+    )
+    assert places == 0 or len({f"{mark:.{places - 1}f}" for mark in marks}) < len(marks) or limits[1] - limits[0] < 4.0
+
+
+def test_small_numbers_without_a_unit_have_a_power_of_ten():
+    assert _power_of(2.5e-5) == (pytest.approx(1e-6), "1e\N{MINUS SIGN}6")
+    assert _power_of(0.02) == _power_of(0.0) == (1.0, "")

@@ -9,7 +9,7 @@ from tcontact.mesh.box import box_mesh
 from tcontact.results.files.vtkhdf import ResultData, ResultFile
 from tcontact.show import render
 from tcontact.show.render.bodies import place_of
-from tcontact.show.render.colours import BODY_COLOURS, colour_table
+from tcontact.show.render.colours import BODY_COLOURS, NOTHING_COLOUR, colour_table
 from tcontact.show.render.studio import Studio
 
 SIDE = render.Camera((0.0, -1.0, 0.0))
@@ -118,3 +118,19 @@ def test_a_name_lies_wholly_on_a_body_as_near_to_the_middle_as_it_can():
     assert mask[tuple(int(x) for x in place_of(mask, 20, 20)[::-1])]
     assert place_of(mask[:7, :12], 10, 4) is None  # too little is seen
     assert place_of(np.zeros((4, 4), bool), 1, 1) is None
+
+
+def test_cells_without_a_value_are_not_drawn_as_zero(tmp_path):
+    """Such as the plastic strain of rubber beside a metal."""
+    mesh = box_mesh((1.0, 1.0, 1.0), (1, 1, 1))
+    points = np.concatenate([mesh.nodes + np.array((start, 0.0, 0.0)) for start in (0.0, 1.5, 3.0)])
+    blocks = [("hex8", mesh.cells + number * mesh.node_count) for number in range(3)]
+    with ResultFile.create(tmp_path / "r.vtkhdf", points, blocks, {"obstacles": []}) as file:
+        file.append(0.0, {"displacement": np.zeros_like(points)}, {"plastic_strain": np.array([0.0, np.nan, 2e-5])})
+    data = ResultData.open(tmp_path / "r.vtkhdf")
+    studio = Studio(data, SIZE, 1.0, None)
+    eye, limits = studio.camera("above", SIDE), studio.limits("plastic_strain")
+    image = np.asarray(studio.picture(data.frame(0), "plastic_strain", limits, eye)).astype(float)
+    zero, nothing, most = (hue(at(studio, eye, image, (x, 0.0, 0.25))) for x in (0.25, 1.75, 3.25))
+    assert np.abs(nothing - hue(NOTHING_COLOUR)).max() < 0.02
+    assert min(np.abs(nothing - other).max() for other in (zero, most)) > 0.1

@@ -212,3 +212,19 @@ def test_the_rotation_of_a_deformed_body():
     assert angle(_tilt(0.3)) == pytest.approx(0.3)
     assert angle(_tilt(0.3), np.array([0.0, 1.0, 0.0])) == pytest.approx(0.0, abs=1e-7)
     assert angle(_tilt(0.3), NORMAL) == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ("law", "angle", "supports", "warned"),
+    [
+        ("linear", 0.5, (), True),
+        ("linear", 0.05, (), False),
+        ("svk", 0.5, (), False),
+        ("linear", 0.5, [tc.Support("xmin", "xyz")], False),
+    ],
+)
+def test_a_body_of_the_linear_law_that_has_turned_is_told(law, angle, supports, warned):
+    """At the end of a run: the law holds for small rotations only."""
+    body = spinning((0.0, 0.0, angle / 0.01), law=law, supports=supports)
+    _result, found = run(tc.Scene([body], duration=0.01))
+    assert ["LinearElastic holds for small rotations only" in text for text in found] == [True] * warned

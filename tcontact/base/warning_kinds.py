@@ -21,7 +21,8 @@ class MeshWarning(UserWarning):
 
 
 class RotationWarning(RuntimeWarning):
-    """A body or a wall turns so far that removal="normal" removes mass in directions that are no longer normal."""
+    """A body or a wall turns too far: for removal="normal", whose directions are those of the start, or for a body of
+    `LinearElastic`, which holds for small rotations only."""
 
 
 class LockingWarning(RuntimeWarning):

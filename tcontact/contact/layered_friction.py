@@ -20,8 +20,8 @@ from ..device import arrays
 from ..friction_layer import LayerState
 from ..kernels.layer_places import COOL, EASY, FIRST, MAXIMUM_SPAN, ROUNDING, SMALLEST_WORK
 from ..planning.domain import Domain
-from ..scene.friction_laws import law_data
-from ..scene.friction_models import FrictionLayer
+from ..scene.friction_laws import law_data, laws_in_use
+from ..scene.friction_models import FrictionLayer, coefficient_of
 from ..scene.layer_metals import all_kinds
 from ..scene.scene import Scene
 from .friction import Friction
@@ -46,7 +46,7 @@ class LayeredFriction(Friction):
     """Friction limited by a layer under every contact node [k].
 
     areas: area weights [k] [m^2], of slaves of a pair the area that the other body covers; partners: what the nodes
-    slide on, None if there is one kind of layer and no pair.
+    slide on, None if there is one kind of layer, one coefficient and no pair.
     """
 
     def __init__(self, scene: Scene, domain: Domain, static_friction: bool) -> None:
@@ -95,7 +95,8 @@ class LayeredFriction(Friction):
         """Take over what the rows may belong to, candidates of obstacles and rows of pairs, and the cells to heat."""
         if any(any(kind.open_ends) for kind in self.layers.kinds):
             self.exchange = HeatExchange(domain, force, self.layers, pairs)
-        if len(self.layers.kinds) > 1 or pairs is not None:
+        own = any(coefficient_of(law) != self.model.coefficient for law in laws_in_use(scene))
+        if len(self.layers.kinds) > 1 or own or pairs is not None:
             self.partners = SlidingPartners(scene, domain, list(self.layers.kinds), self.rows, candidates, pairs)
 
     def _follow_partners(self) -> None:

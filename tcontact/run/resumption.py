@@ -23,6 +23,7 @@ from .checkpoint.keeper import Keeper, start_of
 from .checkpoint.options import checked
 from .device_room import check_device, check_scheme
 from .folder_lock import locked
+from .initial_state import start_of_scene
 from .interrupts import pools_served
 from .loop import Run
 from .no_checkpoint import NOT_ON_ALL, nothing, warn_of_damage
@@ -33,7 +34,6 @@ from .rank_checks import check_alike, check_ranks
 from .rank_recut import other_ranks, restore_parts
 from .rank_run import resume_on_ranks
 from .recorder import FILE, Recorder, writing_beside
-from .simulation import start_of_scene
 from .written_run import carry_out
 
 

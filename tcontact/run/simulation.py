@@ -8,23 +8,15 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-
 from ..base import stages, validate
 from ..base.errors import InputError
 from ..contact.pairs.pair_contact import check_starts
 from ..device import runtime
 from ..device.kernel_counts import counted
 from ..device.team import team
-from ..friction_layer import LayerState
-from ..friction_layer.grid import depths
 from ..planning.planning import Plan
 from ..results import frame_fields
 from ..results.result import Result
-from ..scene.body import Body
-from ..scene.contact_models import PenaltyContact
-from ..scene.friction_models import FrictionLayer
-from ..scene.layer_metals import metal_of
 from ..scene.scene import Scene
 from ..schemes import scheme_of
 from .checkpoint import Checkpoint, contents
@@ -33,6 +25,7 @@ from .checkpoint.options import checked
 from .device_room import check_device, check_scheme
 from .folder_lock import locked
 from .history import MOST_ROWS
+from .initial_state import layers_of, points_of, start_from
 from .interrupts import pools_served
 from .law_checks import check_laws
 from .loop import Run
@@ -124,9 +117,9 @@ def simulate(
         if isinstance(initial, Result):
             check_same_start(together, initial)
             initial = initial.shared_by(together)
-    displacement, velocity = _start(scene, initial)
-    layers = () if initial is None else _layers(scene, initial)
-    points = () if initial is None else _points(scene, initial)
+    displacement, velocity = start_from(scene, initial)
+    layers = () if initial is None else layers_of(scene, initial)
+    points = () if initial is None else points_of(scene, initial)
     if together is not None:
         wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
         rows = history_every, history_rows
@@ -188,118 +181,3 @@ def _kind(planned: Plan, scheme: Any, arch: str, precision: str, pictured: bool)
     ]
     shapes = sorted({obstacle.shape for obstacle in planned.scene.obstacles})
     return repr((planned.terms, bodies, shapes, type(scheme).__name__, arch, precision, pictured))
-
-
-def start_of_scene(scene: Scene) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return the displacement and velocity [n, 3] of every body in the scene, read-only."""
-    return [body.initial_displacement for body in scene.bodies], [body.initial_velocity for body in scene.bodies]
-
-
-def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return the displacement and velocity [n, 3] of every body at the start."""
-    if initial is None:
-        return start_of_scene(scene)
-    if not isinstance(initial, Result):
-        raise InputError("initial", initial, "give the Result of another run")
-    if any(obstacle.free for obstacle in scene.obstacles) or any(body.rigid_parts for body in scene.bodies):
-        remedy = "rigid bodies (mass= of obstacles, Body.rigid_parts) start as the scene says; leave initial out"
-        raise InputError("initial", initial, remedy)
-    counts = [body.mesh.node_count for body in scene.bodies]
-    theirs = [body.mesh for body in initial.scene.bodies]
-    same = len(theirs) == len(counts) and initial.position.shape == (sum(counts), 3)
-    if not same or not all(body.mesh.has_cells_of(mesh) for body, mesh in zip(scene.bodies, theirs, strict=True)):
-        raise InputError(
-            "initial", initial, f"it ran other meshes; give a run of the same bodies ({sum(counts)} nodes)"
-        )
-    if not (np.isfinite(initial.position).all() and np.isfinite(initial.velocity).all()):
-        raise InputError("initial", initial.reason, "its end state is not finite; start from a run that finished")
-    ends = np.cumsum(counts)[:-1]
-    positions, velocities = np.split(initial.position.copy(), ends), np.split(initial.velocity.copy(), ends)
-    for body, speeds in zip(scene.bodies, velocities, strict=True):
-        held = np.isfinite(body.prescribed)
-        speeds[held] = body.prescribed[held]
-    _check_places(scene, positions)
-    _check_outside(scene, positions)
-    for there, body in zip(positions, scene.bodies, strict=True):  # a copy of those of the other run
-        first = 0
-        for nodes in body.mesh.portions("nodes"):
-            there[first : first + len(nodes)] -= nodes
-            first += len(nodes)
-    return positions, velocities
-
-
-def _check_places(scene: Scene, positions: list[np.ndarray]) -> None:
-    """Set positions [n, 3] [m] to prescribed displacements at t = 0. Raises `InputError` where they are elsewhere."""
-    for index, (body, there) in enumerate(zip(scene.bodies, positions, strict=True)):
-        given = body.given_displacement
-        known = np.isfinite(given)
-        rows, axes = np.nonzero(known)
-        wanted = body.mesh.nodes_at(rows)[np.arange(len(rows)), axes] + given[known]
-        away = float(np.abs(there[known] - wanted).max(initial=0.0))
-        if away > 1e-6 * body.mesh.shortest_edge:
-            remedy = f"nodes of {scene.label(index)} ended up to {away:.3g} m from where the displacement of a support"
-            raise InputError("initial", away, f"{remedy} starts; let it start from there, at t = 0")
-        there[known] = wanted
-
-
-def _check_outside(scene: Scene, positions: list[np.ndarray]) -> None:
-    """Refuse the end of another run, positions [n, 3] [m] of every body, deep inside an obstacle. Raises `InputError`.
-
-    Less than a cell is corrected by the first step; a penalty allows more.
-    """
-    contact = scene.contact
-    if contact is None or isinstance(contact, PenaltyContact) or getattr(contact, "penalty", None) is not None:
-        return
-    for index, (body, there) in enumerate(zip(scene.bodies, positions, strict=True)):
-        if not body.touches:
-            continue
-        allowed = body.mesh.shortest_edge
-        for number, obstacle in enumerate(scene.obstacles):
-            gap = obstacle.gap(there[body.contact_nodes])
-            lowest = int(np.argmin(gap))
-            if gap[lowest] < -allowed:
-                raise InputError(
-                    "initial",
-                    float(gap[lowest]),
-                    f"node {body.contact_nodes[lowest]} of {scene.label(index)} ends {-gap[lowest]:.6g} inside obstacle"
-                    f" {scene.obstacle_label(number)} (allowed: {allowed:.3g}); move the obstacle apart",
-                )
-
-
-def _layers(scene: Scene, initial: Result) -> tuple[LayerState | None, ...]:
-    """Return the friction layers of another run with which this one starts. Raises `InputError` if they do not fit."""
-    model = scene.friction
-    if not isinstance(model, FrictionLayer):
-        return ()
-    depth = depths(model.points, model.grading, model.thickness)
-    for index, layers in enumerate(initial.layers):
-        if layers is None:
-            continue
-        if not (np.isfinite(layers.temperature).all() and np.isfinite(layers.plastic_strain).all()):
-            raise InputError(
-                "initial", initial.reason, "its friction layers are not finite; start from a run that finished"
-            )
-        if not layers.fits(metal_of(scene, index), depth):
-            remedy = "its friction layers are of another metal or other depths; give the FrictionLayer of that run"
-            raise InputError("initial", initial, f"{remedy} (material, points, grading, thickness)")
-    return initial.layers
-
-
-def _points(scene: Scene, initial: Result) -> tuple[tuple[np.ndarray, ...], ...]:
-    """Return the state of the points of another run, with which this one starts. Raises `InputError`."""
-    if not initial.points:
-        return ()
-    for index, (body, before) in enumerate(zip(scene.bodies, initial.scene.bodies, strict=True)):
-        own, theirs = _kept(body), _kept(before)
-        if own != theirs:
-            remedy = f"its points keep a state (of {theirs}), which {scene.label(index)} {own} cannot take over;"
-            raise InputError("initial", initial.reason, f"{remedy} give the same materials and formulations")
-    return initial.points
-
-
-def _kept(body: Body) -> list[tuple[Any, ...]]:
-    """Return what the state of the points of a body means: element, law and initial temperature [K] of its blocks."""
-    return [
-        (block.element, block.material.law, getattr(block.material, "initial_temperature", None))
-        for block in body.blocks
-    ]

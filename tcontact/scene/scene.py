@@ -39,8 +39,9 @@ class Scene:
     """Bodies, obstacles and loads over a time span; terms left at None do not exist in the run.
 
     bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
-    duration [s] > 0; gravity [m/s^2]: vector, function of time f(t) -> [3], or None; contact: how contact is resolved,
-    or None to let bodies pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None;
+    duration [s] > 0: a run ends with the first step that reaches it; gravity [m/s^2]: vector, function of time
+    f(t) -> [3], or None; contact: how contact is resolved, or None to let bodies pass through obstacles; damping:
+    `MassDamping` or None; viscosity: `BulkViscosity` or None;
     friction: `Coulomb`, `FrictionTable`, `RegularizedCoulomb`, `FrictionLayer` or None, for all obstacles and pairs
     without their own; if only these have some, it becomes such a law with the coefficient 0; pairs: which bodies touch
     each other: "auto" (those whose contact faces may meet), a list of `Pair`, or None to let bodies pass through each

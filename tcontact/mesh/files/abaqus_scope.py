@@ -93,6 +93,9 @@ class Scope:
         """Return the surfaces, with the numbers of their elements or nodes."""
         found = []
         for section in self.surfaces:
+            if "COMBINE" in section.options:
+                remedy = "export the surfaces that it is made of, or a set of its nodes"
+                raise MeshFileError(f"surface {section.name!r} combines others (COMBINE); {remedy}")
             rows = [row for row in section.rows if row[0]]
             if section.options.get("TYPE", "ELEMENT").upper() == "NODE":
                 nodes = joined([self.chosen(self.nsets, row[0]) for row in rows])
@@ -154,8 +157,13 @@ def _nodes(section: Section) -> tuple[IntArray, FloatArray]:
     if section.options.get("SYSTEM", "R").upper() != "R":
         raise MeshFileError("nodes in cylindrical or spherical coordinates; export rectangular ones")
     ids = np.array([_checked(int(row[0])) for row in section.rows], dtype=np.int64)
-    xyz = [[float(word or 0.0) for word in [*row[1:], "", "", ""][:3]] for row in section.rows]
+    xyz = [[_decimal(word) for word in [*row[1:], "", "", ""][:3]] for row in section.rows]
     return ids, np.array(xyz, dtype=np.float64).reshape(-1, 3)
+
+
+def _decimal(word: str) -> float:
+    """Return a number that may have an exponent as Fortran writes it, 1.0D-3; 0 where there is none."""
+    return float(word.upper().replace("D", "E") or 0.0)
 
 
 def _elements(section: Section) -> Block | None:

@@ -48,15 +48,30 @@ def read_sections(path: Path) -> list[Section]:
     return sections
 
 
+def _split(line: str) -> list[str]:
+    """Return the parts of a line between commas; those within quotation marks belong to a name."""
+    if '"' not in line:
+        return line.split(",")
+    parts = [""]
+    for number, text in enumerate(line.split('"')):
+        if number % 2:
+            parts[-1] += f'"{text}"'
+        else:
+            first, *others = text.split(",")
+            parts[-1] += first
+            parts += others
+    return parts
+
+
 def _sections(path: Path) -> Iterator[Section]:
     current: Section | None = None
     keyword_goes_on = False
-    for whole in path.read_text(encoding="utf-8", errors="replace").splitlines():
+    for whole in path.read_text(encoding="utf-8-sig", errors="replace").splitlines():
         line = whole.strip()
         if line.startswith("**") or not line:
             continue
         if line.startswith("*") or keyword_goes_on:
-            words = [word.strip() for word in line.lstrip("*").split(",")]
+            words = [word.strip() for word in _split(line.lstrip("*"))]
             if not keyword_goes_on:
                 if current is not None:
                     yield current
@@ -67,6 +82,6 @@ def _sections(path: Path) -> Iterator[Section]:
                 current.options[option.strip().upper()] = value.strip().strip('"')
             keyword_goes_on = line.endswith(",")
         elif current is not None:
-            current.rows.append([word.strip().strip('"') for word in line.split(",")])
+            current.rows.append([word.strip().strip('"') for word in _split(line)])
     if current is not None:
         yield current

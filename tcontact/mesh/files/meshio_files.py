@@ -110,7 +110,9 @@ def read_file(path: Path, file_format: str) -> Any:
         except MemoryError as error:
             raise MeshFileError("it needs more memory than there is; the file is damaged or too large") from error
         except SystemExit as error:
-            raise MeshFileError(f"no {file_format} file, or a broken one; save it again") from error
+            reason = " ".join(said.getvalue().split())
+            why = f" ({reason})" if reason else ""
+            raise MeshFileError(f"no {file_format} file, or a broken one{why}; save it again") from error
         except ValueError as error:
             if "gmsh:physical" not in str(error):
                 raise

@@ -9,6 +9,7 @@ from ..guards import Stop
 from ..watched import Run
 from .body_meeting import BodyMeeting
 from .far_watch import FarWatch
+from .linear_watch import LinearWatch
 from .normal_watch import NormalWatch
 from .pair_overlap import PairOverlap
 from .path_watch import PathWatch
@@ -35,7 +36,7 @@ class Looks:
 
     def __init__(self, run: Run) -> None:
         bodies: list[Look | None] = [BodyMeeting.of(run), PairOverlap.of(run)]
-        found = [*bodies, PathWatch.of(run), FarWatch.of(run), NormalWatch.of(run)]
+        found = [*bodies, PathWatch.of(run), FarWatch.of(run), NormalWatch.of(run), LinearWatch.of(run)]
         self.looks = [one for one in found if one is not None]
 
     def rows(self, number: int) -> int:

@@ -14,7 +14,11 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class Dissipative(ImplicitScheme):
-    """The scheme dissipates by chi >= 0 (0: none) in the cells, not in contact. Other options: `ImplicitScheme`."""
+    """The scheme dissipates by chi >= 0 (0: none) in the cells, not in contact. Other options: `ImplicitScheme`.
+
+    One-point hexahedra lose angular momentum too, by an error of first order in the time step: their hourglass forces,
+    taken beyond the middle of the step, have a moment.
+    """
 
     chi: float = 0.1  # type: ignore[misc]
 

@@ -32,9 +32,10 @@ _HUES = ((92, 141, 200), (240, 160, 75), (98, 178, 120), (214, 100, 95), (155, 1
 BODY_COLOURS = np.array([[tone * part for part in hue] for tone in (1.0, 0.62, 0.8) for hue in _HUES])
 INK = (72, 82, 96)
 OBSTACLE_COLOUR = (190, 199, 212)
+NOTHING_COLOUR = (214, 212, 208)  # of cells without a value
 AXIS_COLOURS = ((196, 60, 52), (54, 138, 66), (48, 98, 186))
 # colour tables in the order the raster sees them; those from `SHADOWED` on take the body's shadow
-FIELD, INK_TABLE, AXES, OBSTACLE, OTHER_PLANES, SHADOWED = 0, 1, 2, 5, 6, 8
+FIELD, INK_TABLE, AXES, OBSTACLE, NOTHING, OTHER_PLANES, SHADOWED = 0, 1, 2, 5, 6, 7, 9
 
 
 @cache
@@ -62,7 +63,8 @@ def tables(name: str) -> np.ndarray:
         t = np.linspace(0, 1, 256)[:, None]
         return np.array(colour) * (1 - t * t * (3 - 2 * t)) + np.array(BACKGROUND) * t * t * (3 - 2 * t)
 
-    solid = [np.tile(np.array(colour, float), (256, 1)) for colour in (INK, *AXIS_COLOURS, OBSTACLE_COLOUR)]
+    plain = INK, *AXIS_COLOURS, OBSTACLE_COLOUR, NOTHING_COLOUR
+    solid = [np.tile(np.array(colour, float), (256, 1)) for colour in plain]
     tones = [fade(tone) for tone in PLANE_TONES]
     return np.concatenate([colour_table(name), *solid, *tones, *tones]).astype(np.float32).ravel()
 

@@ -98,18 +98,35 @@ def _colour_bar(picture: Image.Image, studio: Sheet, limits: tuple[float, float]
     draw, u = ImageDraw.Draw(picture), studio.unit
     text = font(round(15 * u))
     low, high = limits
-    factor, prefix = prefix_of(max(abs(low), abs(high))) if unit else (1.0, "")
+    factor, prefix = prefix_of(max(abs(low), abs(high))) if unit else _power_of(max(abs(low), abs(high)))
     x, y, w, h = _bar(studio)
     strip = colour_table(colours)[::-1].astype(np.uint8)[np.arange(h) * 256 // h]
     picture.paste(Image.fromarray(np.repeat(strip[:, None], w, axis=1)), (x, y))
     draw.rectangle((x - 1, y - 1, x + w, y + h), outline=FAINT_TEXT)
     draw.text((x, y - 12 * u), f"{prefix}{unit}", TEXT, text, anchor="ls")
     marks = ticks(low / factor, high / factor)
-    places = max(0, *(len(f"{tick:.6g}".partition(".")[2]) for tick in marks))
+    places = _places_of(marks)
     for tick in marks:
         row = y + (h - 1) * (1 - (tick * factor - low) / (high - low))
         draw.line((x + w, row, x + w + 4 * u, row), FAINT_TEXT, max(1, round(u)))
         draw.text((x + w + 9 * u, row), f"{tick:.{places}f}".replace("-", "\N{MINUS SIGN}"), TEXT, text, anchor="lm")
+
+
+def _power_of(largest: float) -> tuple[float, str]:
+    """Return a factor and its name for the marks of a number without a unit; 1 and no name from a thousandth on."""
+    if not 0.0 < largest < 1e-3:
+        return 1.0, ""
+    power = 3 * math.floor(math.log10(largest) / 3)
+    return 10.0**power, f"1e\N{MINUS SIGN}{-power}"
+
+
+def _places_of(marks: np.ndarray) -> int:
+    """Return the decimal places that tell marks of equal distance apart, to a hundredth of that."""
+    apart = abs(marks[1] - marks[0]) if len(marks) > 1 else 1.0
+    for places in range(15):
+        if all(abs(round(mark, places) - mark) <= 0.01 * apart for mark in marks):
+            return places
+    return 15
 
 
 def write_figures(

@@ -17,7 +17,7 @@ from ...results.files.vtkhdf import Frame, ResultData
 from ...scene.obstacles.base import direction as unit_of
 from .bodies import colour_number, names_of, own_limits, write_names
 from .camera import Camera, Eye, fitted, thin_normals, usual_direction
-from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, SHADOWED, colour_map, tables
+from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, NOTHING, SHADOWED, colour_map, tables
 from .labels import decorate, font, prefix_of, round_down, round_up, write_figures
 from .raster import Raster
 from .scenery import Scenery, Signs, write_signs
@@ -385,8 +385,10 @@ class Studio:
         chosen = fronts(places, drawn[0], cull)
         corners, face, edges = (part[chosen] for part in drawn)
         level = (values - limits[0]) / (limits[1] - limits[0])
-        level = np.nan_to_num(level, nan=0.0, posinf=1.0, neginf=0.0)
+        level = np.nan_to_num(level, nan=np.nan, posinf=1.0, neginf=0.0)
         value = surface.spread(level)[corners] if nodal else np.repeat(level[face][:, None], 3, axis=1)
+        table = np.where(np.isnan(value).any(axis=1), NOTHING, FIELD).astype(np.int32)
+        value = np.nan_to_num(value, nan=0.0)
         quads, triangles = x[surface.quads], x[surface.triangles]
         with np.errstate(all="ignore"):
             normal = np.concatenate(
@@ -405,7 +407,6 @@ class Studio:
         edge = np.linalg.norm(places[surface.corners[:, 0], :2] - places[surface.corners[:, 1], :2], axis=1)
         length = float(np.nanmedian(edge)) / self.unit if np.isfinite(edge).any() else 0.0
         ink = np.full(len(face), 0.38 * min(1.0, max(0.0, (length - 2.5) / 9)))
-        table = np.full(len(face), FIELD, dtype=np.int32)
         return Triangles(places[corners], value, light, table, edges, ink), face
 
     def _pressed(self, normal: np.ndarray, force: np.ndarray) -> np.ndarray:

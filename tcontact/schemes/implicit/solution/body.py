@@ -76,7 +76,7 @@ class ImplicitBody:
         held[self.support_nodes, plan.support_axes, plan.support_axes] = 1.0
         self.held = held
         self.contact = None if plan.contact is None else StepContact(scene, plan, held)
-        self.rows = self._rows(self.cells, held, None if self.contact is None else self.contact.nodes)
+        self.rows = self._rows(self.cells, held, self.contact, None if self.contact is None else self.contact.nodes)
         self.equations = StepEquations(scheme, self.cells, self.mass, self.contact, self.rows, self.load)
         self.solver_kind = choose(3 * count, stiffness_ratio(plan.body), scheme.solver)
         self.solver = make_solver(self.solver_kind, self.cells.sparsity)
@@ -89,13 +89,15 @@ class ImplicitBody:
         # contact force, reaction and loads of the step before, of which v1 - v0 takes a share under some schemes
         self.before = self.at_rest(0.0).forces
 
-    def _rows(self, cells: Cells | SeveralCells, held: np.ndarray, place: np.ndarray | None) -> Rows:
+    def _rows(
+        self, cells: Cells | SeveralCells, held: np.ndarray, contact: StepContact | None, place: np.ndarray | None
+    ) -> Rows:
         where = np.zeros(0, dtype=np.int64) if place is None else place
         areas = np.zeros(len(where))
         if self.plan.contact is not None:
             areas = self.plan.contact.areas
         stiff = self._modulus * np.sqrt(areas)
-        return Rows(cells.sparsity, held, self.contact, where, stiff)
+        return Rows(cells.sparsity, held, contact, where, stiff)
 
     @property
     def _modulus(self) -> float:
@@ -104,16 +106,17 @@ class ImplicitBody:
 
     def _statics(self) -> tuple[StaticEquations, object]:
         """Return the static problem of the massless components alone, and its solver."""
-        plan, contact = self.plan, self.contact
-        assert contact is not None
+        plan = self.plan
+        assert self.contact is not None
         assert plan.contact is not None
         assert plan.contact.basis is not None
+        basis = plan.contact.basis
+        held = np.eye(3) - np.einsum("kic,kjc->kij", basis, basis)
+        contact = self.contact.moved_along(held)
         touching = [(block, np.isin(block.cells, contact.nodes).any(axis=1)) for block in plan.blocks]
         blocks = [(block.own, block.cells[inside]) for block, inside in touching]
         cells = cells_of(blocks, plan.reference, contact.nodes)
-        basis = plan.contact.basis
-        held = np.eye(3) - np.einsum("kic,kjc->kij", basis, basis)
-        rows = self._rows(cells, held, np.arange(len(contact.nodes)))
+        rows = self._rows(cells, held, contact, np.arange(len(contact.nodes)))
         equations = StaticEquations(
             cells, contact, rows, self.load[contact.nodes],
             self._modulus, float(plan.contact.areas.mean()),
@@ -133,11 +136,18 @@ class ImplicitBody:
 
     def equilibrium(self, u: np.ndarray) -> np.ndarray:
         """Return u [n, 3] with massless components in equilibrium, all others fixed. Raises `NotConverged`."""
+        assert self.contact is not None
         assert self.statics is not None
         equations, solver = self.statics
+        own, exact = equations.contact.exact, self.contact.exact
         equations.prepare(u)
         start = np.zeros((len(equations.contact.nodes), 3))
-        return equations.moved(newton(equations, start, solver, self.settings).d)  # type: ignore[arg-type]
+        if own is not None and exact is not None:  # from the set of the step, which then goes on from this one
+            own.active = exact.active.copy()
+        moved = equations.moved(newton(equations, start, solver, self.settings).d)  # type: ignore[arg-type]
+        if own is not None and exact is not None:
+            exact.active = own.active.copy()
+        return moved
 
     def start(self, u: np.ndarray, v: np.ndarray) -> Level:
         """Return the level at the start; u, v: displacement and velocity [n, 3]. Raises `NotConverged`."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from ....planning.body_plan import BodyPlan
@@ -36,6 +38,17 @@ class StepContact:
         self.exact: ExactContact | None = None
         if per_area is None and len(self.nodes):  # if supports hold every contact node, only gaps are measured
             self.exact = ExactContact(np.eye(3) - held[self.nodes], len(self.surfaces))
+
+    def moved_along(self, held: np.ndarray) -> StepContact:
+        """Return the same contact of nodes of which some components more are held; held [k, 3, 3]: projector on them.
+
+        Its forces balance the residual in the free components alone: along a normal that is not one of these, a part
+        would be left that no motion of the nodes can balance.
+        """
+        found = copy(self)
+        if found.exact is not None:
+            found.exact = ExactContact(np.eye(3) - held, len(self.surfaces))
+        return found
 
     @property
     def shape(self) -> tuple[int, int, int]:

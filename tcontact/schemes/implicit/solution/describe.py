@@ -12,7 +12,9 @@ from .rule import ImplicitRule
 
 def describe(plan: Plan, scheme: ImplicitRule) -> str:
     """Describe the terms, then size, kernels, sparsity and solver of every body."""
-    conserved = ", ".join(scheme.conserves)
+    reduced = any(block.formulation == "reduced" for body in plan.bodies for block in body.body.blocks)
+    lost = {"angular momentum"} if reduced and scheme.hourglass_level != 0.5 else set()
+    conserved = ", ".join(one for one in scheme.conserves if one not in lost)
     lines = ["terms: " + ", ".join(plan.terms), f"scheme: {scheme.name}, order {scheme.order}, conserves {conserved}"]
     for body in plan.bodies:
         lines += _body(body, scheme)

@@ -53,7 +53,7 @@ class Rows:
         if self.exact and self.contact is not None and self.contact.exact is not None:
             result[self.place] = self.contact.exact.rows(residual[self.place], self.stiff)
         here = self.bound
-        result[here] -= np.einsum("nij,nj->ni", self.held[here], residual[here])
+        result[here] -= np.einsum("nij,nj->ni", self.held[here], result[here])
         return result
 
     def tangent(self, blocks: np.ndarray) -> np.ndarray:
