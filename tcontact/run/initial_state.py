@@ -147,11 +147,10 @@ def _points_of(label: str, body: Body, before: Body, states: tuple[np.ndarray, .
         own = cells[block.numbers]
         for number in np.unique(owner[own]):
             if meanings[number] != _meaning(block):
-                remedy = f"its points keep a state (of {meanings[number]}), which {label} {_meaning(block)} cannot take"
                 first = int(own[owner[own] == number][0])
-                raise InputError(
-                    "initial", f"cell {first}", f"{remedy} over; give that cell the same material and formulation"
-                )
+                keeps = f"its points keep a state (of {meanings[number]}), which cell {first} of {label}"
+                remedy = f"{keeps} ({_meaning(block)}) cannot take over; give the same materials and formulations"
+                raise InputError("initial", meanings[number], remedy)
         state = np.empty((len(own), *states[owner[own[0]]].shape[1:]))
         for number in np.unique(owner[own]):
             here = owner[own] == number

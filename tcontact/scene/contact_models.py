@@ -29,6 +29,7 @@ class MasslessContact:
     other cells times 1.41; c: wave speed). Without it, sliding nodes with tangential mass flutter at the scale of the
     mesh. None means `friction_models.CELL_VISCOSITY` where friction meets normal removal; 0 turns it off. Elsewhere
     there is none, and a number is refused. History: `viscous_work` [J], dissipated so far.
+    sweeps, tolerance and solver are those of explicit steps: implicit ones solve contact within Newton's method.
     """
 
     removal: str = "auto"
