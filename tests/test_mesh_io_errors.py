@@ -128,3 +128,26 @@ def test_the_kind_that_is_asked_for_must_be_in_the_file(tmp_path):
     assert isinstance(read_mesh(path, kind="hex8"), Mesh)
     with pytest.raises(InputError, match=r"^kind = 'tet4': the file holds hex8"):
         read_mesh(path, kind="tet4")
+
+
+def test_cells_of_a_vtu_file_that_are_not_read_are_named(tmp_path):
+    """They would be left out without a word, beside others too."""
+    header = '<?xml version="1.0"?><VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">'
+    points = " ".join(f"{x} {y} {z}" for z in (0, 1) for y in (0, 1) for x in (0, 1))
+
+    def write(kind, nodes):
+        connectivity = " ".join(map(str, [0, 1, 2, 4, *nodes]))
+        text = (
+            f'{header}<UnstructuredGrid><Piece NumberOfPoints="8" NumberOfCells="2"><Points>'
+            f'<DataArray type="Float64" NumberOfComponents="3" format="ascii">{points}</DataArray></Points><Cells>'
+            f'<DataArray type="Int64" Name="connectivity" format="ascii">{connectivity}</DataArray>'
+            f'<DataArray type="Int64" Name="offsets" format="ascii">4 {4 + len(nodes)}</DataArray>'
+            f'<DataArray type="UInt8" Name="types" format="ascii">10 {kind}</DataArray></Cells></Piece>'
+            "</UnstructuredGrid></VTKFile>"
+        )
+        (tmp_path / "mesh.vtu").write_text(text)
+        return tmp_path / "mesh.vtu"
+
+    with pytest.raises(InputError, match=r"cells of the VTK type 11, which are not read"):
+        read_mesh(write(11, range(8)))
+    assert read_mesh(write(2, range(4))).cell_count == 1

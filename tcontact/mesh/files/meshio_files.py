@@ -19,6 +19,8 @@ from .second_order import SECOND_ORDER
 DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2} | dict.fromkeys(KINDS, 3)
 DIMENSION |= {name: DIMENSION[first] for name, first in SECOND_ORDER.items()}
 MAXIMUM_REGIONS = 100  # values of a cell array of a VTU file that makes cell sets
+# VTK types without a volume that meshio leaves out: poly-vertices, poly-lines, strips of triangles
+_FLAT = {"2", "4", "6"}
 _UNNAMED = ("PhysicalPoint", "PhysicalLine", "PhysicalSurface", "PhysicalVolume")  # names in gmsh's exports
 
 
@@ -117,8 +119,13 @@ def read_file(path: Path, file_format: str) -> Any:
             if "gmsh:physical" not in str(error):
                 raise
             mesh = _read_partly_grouped(path)
-    if "not closed by" in " ".join(said.getvalue().split()):
+    text = " ".join(said.getvalue().split())
+    if "not closed by" in text:
         raise MeshFileError("the file ends too early; save it again, complete")
+    left_out = set(re.findall(r"cells that meshio cannot handle \(type (\d+)\)", text)) - _FLAT
+    if left_out:
+        remedy = "save hexahedra, tetrahedra or prisms alone (tcontact.Mesh.from_pyvista takes voxels too)"
+        raise MeshFileError(f"cells of the VTK type {', '.join(sorted(left_out))}, which are not read; {remedy}")
     return mesh
 
 
