@@ -316,3 +316,36 @@ def test_a_layer_has_the_coefficient_of_the_obstacle(own, of_scene):
     for name in ("contact_force", "friction_work", *LAYERS):
         assert np.array_equal(found.history[name], wanted.history[name], equal_nan=True), name
     assert np.array_equal(found.layers[0].temperature, wanted.layers[0].temperature)
+
+
+def beside_a_wall(pressure, contact, walls=True):
+    """The block in a floor and at a wall without friction, pressed on it by a share of the pressure on the floor."""
+    mesh = tc.box_mesh((1e-3,) * 3, (2, 1, 2))
+    squeeze = PRESSURE / 200e9 * np.array((0.0, pressure, 1.0))
+    body = tc.Body(
+        mesh,
+        tc.LinearElastic(200e9, 0.0, DENSITY),
+        velocity=(SPEED, 0.0, 0.0),
+        contact=["zmin", "ymin"],
+        supports=[tc.Support("zmax", "z"), tc.Support("ymax", "y")],
+        displacement=lambda x: -x * squeeze,
+    )
+    smooth = tc.Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), friction=tc.NoFriction())
+    return tc.Scene([body], [tc.Plane(), smooth], 3e-8, contact=contact, friction=tc.FrictionLayer())
+
+
+def test_a_wall_without_friction_leaves_that_of_the_floor_however_hard_it_presses():
+    """At the edge it presses harder than the floor, whose friction the layers there limit."""
+    last = [
+        simulate(beside_a_wall(pressure, tc.PenaltyContact(1e16)), cfl=0.2).history["contact_force"][-1]
+        for pressure in (0.5, 4.0)
+    ]
+    assert last[0][0] < -200.0
+    assert last[1][0] == pytest.approx(last[0][0], rel=0.05)
+
+
+def test_friction_of_static_solve_and_kick_together_have_the_limit_of_the_layer():
+    """Nodes at planes of two directions have mass along both in normal removal, and friction from both."""
+    history = simulate(beside_a_wall(0.9, tc.MasslessContact(removal="normal")), cfl=0.2).history
+    force = history["contact_force"][-1]
+    assert 200.0 < -force[0] < 0.3 * force[2]

@@ -72,8 +72,8 @@ def test_the_same_runs_at_nine_tenths_of_the_limit_are_sound():
 
 
 @pytest.mark.parametrize("kind", ["hex8", "tet4"])
-def test_a_crushed_body_stops_as_inverted_cell(kind):
-    """Two halves of a block thrown at each other far above the wave speed."""
+def test_a_crushed_body_stops_as_inverted_cell(kind, tmp_path):
+    """Two halves of a block thrown at each other far above the wave speed. The last frame is the state at the stop."""
     mesh, mat = block(kind, 4), material("neo")
     c = bar_speed(mat)
 
@@ -83,11 +83,14 @@ def test_a_crushed_body_stops_as_inverted_cell(kind):
         return speeds
 
     scene = tc.Scene(bodies=[tc.Body(mesh, mat, velocity=velocity)], duration=1.0)
-    result = tc.simulate(scene)
+    result = tc.simulate(scene, out=tmp_path / "run", frames=2)
     assert result.reason == "inverted-cell"
     explained(result)
     assert "refine" in result.message
     assert result.steps >= 1
+    stored = tc.open_result(tmp_path / "run")
+    assert stored.frames.times[-1] == stored.time == result.time
+    assert np.array_equal(stored.position, result.position)
 
 
 def test_a_value_that_is_not_finite_stops_as_diverged():

@@ -126,3 +126,36 @@ def test_a_body_hotter_than_its_layer_melts_is_refused():
     hot = dataclasses.replace(RED, initial_temperature=1400.0)
     with pytest.raises(tc.InputError, match=r"Body\.metal.*melts at 1356 K.*start at 1400 K"):
         metal_blocks(laws=(STEEL, hot))
+
+
+@pytest.mark.parametrize("order", [("bottom", "top"), ("top", "bottom")])
+def test_cells_away_from_the_contact_do_not_matter_to_the_layers(order):
+    """Whether they keep a temperature, which one, and which region is named first."""
+    mesh = tc.box_mesh((4e-5,) * 3, (2, 2, 2))
+    low = mesh.cell_centres()[:, 2] < 2e-5
+    mesh = mesh.with_sets(cell_sets={"bottom": np.flatnonzero(low), "top": np.flatnonzero(~low)})
+    warm = dataclasses.replace(STEEL, initial_temperature=600.0)
+    for other in (
+        dataclasses.replace(STEEL, specific_heat=None),
+        dataclasses.replace(STEEL, initial_temperature=1750.0),
+    ):
+        laws = {"bottom": warm, "top": other}
+        body = tc.Body(
+            mesh, {name: laws[name] for name in order}, (30.0, 0.0, -10.0), "zmin", displacement=(0, 0, 2e-8)
+        )
+        contact, friction = tc.MasslessContact(removal="normal"), tc.FrictionLayer(thickness=1e-6, points=10)
+        scene = tc.Scene([body], [tc.Plane()], 4e-9, contact=contact, friction=friction)
+        history = simulate(scene, cfl=0.5).history
+        assert history["layer_temperature_max"][:2].tolist() == [600.0, 600.0]
+        assert history["layer_temperature_max"][-1] > 601.0
+        assert history["body_heat"][-1] > 0.0
+
+
+def test_a_region_at_the_contact_that_starts_molten_is_refused_whatever_is_named_first():
+    mesh = tc.box_mesh((1e-3,) * 3, (1, 1, 2))
+    mesh = mesh.with_sets(cell_sets={"bottom": [0], "top": [1]})
+    hot = dataclasses.replace(STEEL, initial_temperature=3000.0)
+    for names in (("top", "bottom"), ("bottom", "top")):
+        body = tc.Body(mesh, {name: {"top": STEEL, "bottom": hot}[name] for name in names}, contact="zmin")
+        with pytest.raises(tc.InputError, match="its layers start at 3000 K"):
+            tc.Scene([body], [tc.Plane()], 1e-9, friction=tc.FrictionLayer())

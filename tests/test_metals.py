@@ -12,6 +12,7 @@ import tcontact as tc
 from tcontact.device import arrays
 from tcontact.planning.packing import WIDTH
 from tcontact.results.files.vtkhdf import ResultData
+from tcontact.show.notebook import EndState
 
 COPPER = tc.ElastoPlastic(117e9, 0.35, 8930.0, tc.LinearHardening(400e6, 100e6), specific_heat=385.0)
 
@@ -53,6 +54,7 @@ def test_frames_hold_plastic_strain_temperature_and_the_stress_of_the_state(run)
     assert 0.0 < strain.max() <= result.history["plastic_strain_max"][-1]
     assert 300.0 <= temperature.min() < temperature.max() <= result.history["temperature_max"][-1]
     assert stress.max() < 1.3 * 500e6  # on the yield surface, not that of an elastic body at this strain
+    assert EndState(result).frame(0).cell_data["von_mises"] == pytest.approx(stress, rel=1e-9)
 
 
 @pytest.mark.parametrize("formulation", ["mean-dilatation", "reduced"])

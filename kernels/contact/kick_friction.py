@@ -179,11 +179,11 @@ def kick_friction_node(
                         relative = without_massless_components(contact, k, relative)
                     slip = across @ relative
                     limit = friction_cone(rows, r, pressing)
+                    if ti.static(contact.options.layered):
+                        limit = ti.min(limit, contact.friction[node_place(k, LIMIT)])
                     if ti.static(contact.options.static_friction):
                         there = vector_of(rows, k * slots + p, rows.at.traction)
                         limit = ti.sqrt(ti.max(0.0, limit * limit - there.dot(there)))
-                    if ti.static(contact.options.layered):
-                        limit = ti.min(limit, contact.friction[node_place(k, LIMIT)])
                     mobility = span * (across @ relative_mobility @ across.transpose())
                     if mobility[0, 0] + mobility[1, 1] <= 0.0:
                         limit = 0.0  # no mass: its friction is that of the static solve

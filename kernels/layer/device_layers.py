@@ -138,14 +138,18 @@ def of_all(contact: ti.template(), number: ti.template(), k):
 
 @ti.func
 def follow_partners(contact: ti.template(), rows: ti.template(), obstacles: ti.template()):
-    """Change to the layers and coefficients of what the nodes slide on now: of the row that presses hardest."""
+    """Change to the layers of what presses hardest on the nodes, and to the mean coefficient of all rows by force."""
     slots = ti.static(contact.options.slots)
     columns = size(contact, COLUMNS)
     for turn in range(turns(contact, node_count(contact))):
         k = item(contact, turn)
-        hardest, slot = number_of(rows, k * slots, rows.at.pressing), 0
-        for p in ti.static(range(1, slots)):
+        hardest, slot, several, total, friction = 0.0, 0, 0, 0.0, 0.0
+        for p in ti.static(range(slots)):
             pressing = number_of(rows, k * slots + p, rows.at.pressing)
+            if pressing > 0.0:
+                several += 1
+                total += pressing
+                friction += number_of(rows, k * slots + p, rows.at.coefficient) * pressing
             if pressing > hardest:
                 hardest, slot = pressing, p
         if hardest > 0.0:
@@ -153,7 +157,8 @@ def follow_partners(contact: ti.template(), rows: ti.template(), obstacles: ti.t
             body = number_of_list(contact.layer_lists, BODY_OF, k)
             batch = number_of_list(contact.layer_lists, PARTNERS, body * columns + obstacle)
             set_node(contact, USED, k, ti.cast(batch, ti.f64))
-            set_node(contact, COEFFICIENT, k, number_of(rows, k * slots + slot, rows.at.coefficient))
+            mean = ti.select(several > 1, friction / total, number_of(rows, k * slots + slot, rows.at.coefficient))
+            set_node(contact, COEFFICIENT, k, mean)
     meet(contact)
 
 

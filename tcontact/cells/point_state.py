@@ -115,6 +115,18 @@ def shape_of(block: CellBlock) -> tuple[int, int]:
     return FUNCTIONS[block.variant].points, len(LAWS[block.material.law].state)
 
 
+def mean_state(body: Body, states: tuple[np.ndarray, ...] | None) -> np.ndarray | None:
+    """Return what `PointState.of_body` does, of the states of the blocks of a body (`Result.points`); None of none."""
+    size = max((state.shape[2] for state in states or ()), default=0)
+    if size == 0:
+        return None
+    result = np.zeros((body.mesh.cell_count, size))
+    for block, state in zip(body.blocks, states or (), strict=True):
+        if state.shape[2]:
+            result[block.numbers, : state.shape[2]] = state.mean(axis=1)
+    return result
+
+
 def has_state(scene: Scene) -> bool:
     """Return whether the points of some body keep a state."""
     from ..kernels.materials import LAWS

@@ -18,8 +18,8 @@ class SlidingPartners:
     """The partner of every contact node [k]: that of the row that presses it hardest; it stays while the node is open.
 
     used [k]: batch of its layer, -1 for none; areas [k] [m^2]: weight of the node, or the part of it that the other
-    body covers; coefficients [k]: of friction; body [k]: number of its body in the domain; batches [body, obstacle]: of
-    the layers of a body on each obstacle.
+    body covers; coefficients [k]: of friction, their mean by force at nodes that several rows press; body [k]: number
+    of its body in the domain; batches [body, obstacle]: of the layers of a body on each obstacle.
     """
 
     def __init__(
@@ -64,7 +64,11 @@ class SlidingPartners:
             batch, areas = np.where(between, self._between, batch), np.where(between, self._covered, areas)
         self.used = np.where(pressed, batch, self.used)
         self.areas = np.where(pressed, areas, self.areas)
-        coefficient = values[every, slot, self._rows.places.coefficient]
+        coefficients, pressing = values[:, :, self._rows.places.coefficient], np.maximum(pressing, 0.0)
+        coefficient = coefficients[every, slot]
+        several = (pressing > 0.0).sum(axis=1) > 1  # their mean gives the friction of all rows, each bounded by its own
+        mean = (coefficients * pressing).sum(axis=1) / np.where(several, pressing.sum(axis=1), 1.0)
+        coefficient = np.where(several, mean, coefficient)
         self.coefficients = np.where(pressed, coefficient, self.coefficients)
 
     def _read_pairs(self, pairs: PairContact) -> None:

@@ -209,6 +209,8 @@ class Run:
                     first, compiled, output = False, perf_counter(), 0.0
                 stop = self.guards.check(row, self.history, self.over_limit, after)
                 stop = stop or self.looks.take(self, row_number, time, after)
+                if stop is not None and snapshot is None:  # the state in which it stopped is the last frame
+                    snapshot, frame = self.snapshot(0.0, 0.0), course.frames > 0
                 if snapshot is not None and frame and recorder is not None:
                     writing = perf_counter()
                     try:
@@ -232,8 +234,7 @@ class Run:
         if stop is None:
             self._warn_held(row)
             stop = early_stop(time, end, failed, cut, keeper)
-        if snapshot is None:
-            snapshot = self.snapshot(0.0, 0.0)
+        assert snapshot is not None
         self.limits, self.shape = [], None  # free their memory for the end
         result = self._result(stop, row_number, time, course.first_dt, snapshot, compiled - started, wall)
         if unwritten is not None:

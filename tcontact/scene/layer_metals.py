@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..base.errors import InputError
 from ..friction_layer.layer import METHODS
 from ..friction_layer.metals import Metal
@@ -57,8 +59,17 @@ def kinds_of(scene: Any, index: int) -> dict[tuple[str, int], LayerKind]:
 
 
 def keeps_heat(body: Any) -> bool:
-    """Return whether all cells of a body keep a temperature."""
-    return all(isinstance(one, ElastoPlastic) and one.specific_heat is not None for one in body.materials)
+    """Return whether all cells at the contact faces of a body keep a temperature."""
+    return all(isinstance(one, ElastoPlastic) and one.specific_heat is not None for one in _touching(body))
+
+
+def _touching(body: Any) -> list[Any]:
+    """Return the materials of the cells at the contact faces of a body, of all cells where it has no such faces."""
+    if len(body.blocks) == 1:
+        return list(body.materials)
+    at = np.zeros(body.mesh.node_count, dtype=bool)
+    at[body.contact_nodes] = True
+    return [block.material for block in body.blocks if at[block.cells].any()] or list(body.materials)
 
 
 def warms_bodies(scene: Any) -> bool:
@@ -67,9 +78,14 @@ def warms_bodies(scene: Any) -> bool:
 
 
 def _temperature(scene: Any, index: int) -> float:
-    """Return the temperature [K] at which the sides of layers of a body start: its own, if its cells keep one."""
+    """Return the temperature [K] at which the sides of layers of a body start: its highest, if its cells keep one.
+
+    At the first touch they take that of the cells there (`HeatExchange`).
+    """
     body = scene.bodies[index]
-    return float(body.materials[0].initial_temperature if keeps_heat(body) else scene.friction.initial_temperature)
+    if not keeps_heat(body):
+        return float(scene.friction.initial_temperature)
+    return float(max(one.initial_temperature for one in _touching(body)))
 
 
 def all_kinds(scene: Any, bodies: Sequence[int]) -> dict[LayerKind, list[int]]:
