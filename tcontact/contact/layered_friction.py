@@ -343,7 +343,7 @@ class LayeredFriction(Friction):
         if not numbers:
             return None
         waiting = self._waiting if self.static_friction else self._waiting + self._pending()
-        internal = {"waiting": waiting[part], "substeps": np.array(self.substeps)}
+        internal = {"waiting": waiting[part], "areas": self.areas[part], "substeps": np.array(self.substeps)}
         internal["used"] = np.searchsorted(numbers, layers.used[part])
         for place, number in enumerate(numbers):
             mine = layers.places(number, part)
@@ -385,8 +385,9 @@ class LayeredFriction(Friction):
                 known = {name[len(begin) :]: values for name, values in internal.items() if name.startswith(begin)}
                 layers.batches[number].start_from(mine + layers.places(number, part).start, rows[mine], known)
                 layers.used[there[internal["used"][rows[mine]] == place]] = number
-        if self.partners is not None:
+        if self.partners is not None:  # what waits is that of the part of the area that was covered then
             self.partners.used = layers.used.copy()
+            self.areas[there] = self.partners.areas[there] = internal["areas"][rows[mine]]
         self._waiting[there] = self._owed[there] = internal["waiting"][rows[mine]]
         taken = min(int(internal["substeps"]), self.model.substeps)
         self.substeps = max(self.substeps, taken) if self._taken_over else taken
