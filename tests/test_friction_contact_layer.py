@@ -318,8 +318,8 @@ def test_a_layer_has_the_coefficient_of_the_obstacle(own, of_scene):
     assert np.array_equal(found.layers[0].temperature, wanted.layers[0].temperature)
 
 
-def beside_a_wall(pressure, contact, walls=True):
-    """The block in a floor and at a wall without friction, pressed on it by a share of the pressure on the floor."""
+def beside_a_wall(pressure, contact):
+    """The block on a floor and at a wall without friction; pressure: on the wall, as a share of that on the floor."""
     mesh = tc.box_mesh((1e-3,) * 3, (2, 1, 2))
     squeeze = PRESSURE / 200e9 * np.array((0.0, pressure, 1.0))
     body = tc.Body(
