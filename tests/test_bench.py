@@ -273,6 +273,12 @@ def test_the_comparison_of_solvers_refuses_options_that_it_would_ignore(options,
     assert not (tmp_path / "new").exists()
 
 
+def test_more_threads_than_a_process_can_have_are_refused(tmp_path, capsys):
+    assert main(["bench", "--threads", "1,100000", "--out", str(tmp_path / "new")]) == 2
+    assert "--threads = 100000: give at most 1024" in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
 @pytest.mark.parametrize("alone", ["--pairs", "--alternatives"])
 @pytest.mark.parametrize("options", [["--kinds", "tet4"], ["--steps", "5"], ["--arch", "cpu"], ["--sizes", "4,8"]])
 def test_a_part_measured_alone_refuses_options_that_it_would_ignore(alone, options, tmp_path, capsys):

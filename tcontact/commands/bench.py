@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError
+from ..device.runtime import MOST
 from ..lab.bench import chart
 from ..lab.bench.configuration import CONTACTS, KINDS, LAWS, grid
 from ..results.report import write_json
@@ -178,7 +179,10 @@ def _defaults() -> dict[str, Any]:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    """Refuse options that would be ignored. Raises `InputError`."""
+    """Refuse options that would be ignored, and more threads than a process can have. Raises `InputError`."""
+    for count in arguments.threads or ():
+        if count > MOST:
+            raise InputError("--threads", count, f"give at most {MOST}")
     asked = [name for name in ONLY if getattr(arguments, name.removeprefix("--"))]
     if len(asked) > 1:
         raise InputError(asked[1], True, f"{asked[0]} measures something else: give one of them")
