@@ -63,7 +63,8 @@ def test_runs_are_those_of_the_cpu(found, name):
     if name in cuda_contact_scenes.SHARED:  # several blocks of threads
         compare(found, f"shared-{name}", name, expected)
         assert found[f"shared-{name}/swept"] > 0
-        assert (found[f"shared-{name}/history_sweeps"] == expected["history_sweeps"]).all()
+        # as one block takes: the CPU may take some more or fewer at rounding level
+        assert (found[f"shared-{name}/history_sweeps"] == found[f"{name}/history_sweeps"]).all()
 
 
 def compare(found, own_name, name, expected):
