@@ -153,9 +153,9 @@ def test_what_cannot_have_state_refuses_it():
 def test_the_stress_of_its_cells_is_that_of_their_state():
     body = falling("tet4").bodies[0]
     u = 0.01 * np.random.default_rng(3).normal(size=body.mesh.nodes.shape) * body.mesh.shortest_edge
-    state = np.zeros((body.mesh.cell_count, 2))
+    state = np.zeros((body.mesh.cell_count, 1, 2))  # cells, points, numbers
     stress = VonMises(body)
-    fresh = np.array(stress(u, state))
-    state[:, 1] = 0.5  # mu is half as large again, with the same lambda
-    assert np.array(stress(u, state)) == pytest.approx(1.5 * fresh, rel=1e-9)
+    fresh = np.array(stress(u, [state]))
+    state[:, 0, 1] = 0.5  # mu is half as large again, with the same lambda
+    assert np.array(stress(u, [state])) == pytest.approx(1.5 * fresh, rel=1e-9)
     assert np.array(stress(u)) == pytest.approx(1.5 * fresh, rel=1e-9)  # the last state given stays

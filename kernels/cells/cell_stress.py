@@ -6,24 +6,33 @@
 
 as in von_mises.py, whose norm of the stress comes with it. p is U' of the mean volume change in hexes with one volume
 change (elements/hex8_mean_dilatation.py), and p_e in tetrahedra averaged at nodes (elements/tet4_node_averaged.py).
-Several states of a body, one after the other in `u`, are computed in one launch.
+Of a law with a state the stress is the mean of the points of the cell (law_stress.py). Several states of a body, one
+after the other in `u`, are computed in one launch.
 """
 
 import functools
 
 from .. import elements
-from ..elements.hex8 import hex_modes, hex_slopes
-from ..elements.hex8_mean_dilatation import along
 from ..elements.tet4_node_averaged import averaged_volume
 from ..engine import ti
 from ..lanes import WIDTH
 from ..language import tensor3
 from ..language.arguments import ARRAY, INDEX
 from ..language.compile_options import KEEP_VECTORS, compiled_with
-from ..language.point_memory import PointMemory, recall
 from ..language.vectors import load
 from ..materials import LAWS
-from .von_mises import cauchy, equivalent, plain_response, small
+from .law_stress import (
+    cauchy,
+    mean_change,
+    mean_of_points,
+    mean_trace,
+    memory_of,
+    plain_response,
+    shape_response,
+    small,
+    takes_mean,
+)
+from .von_mises import equivalent
 
 PARTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))  # the six components of a stress
 VON_MISES = len(PARTS)  # place of the von Mises norm behind them
@@ -38,52 +47,19 @@ def corner_of(values: ti.template(), connectivity: ti.template(), start, first, 
     return [ti.Vector([values[i + c] for i in node]) for c in range(3)]
 
 
-@ti.func
-def mean_change(x, u):
-    """Return the mean of J - 1 over a hexahedron, without cancellation."""
-    mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
-    rest = hex_slopes(mode_x)
-    now = hex_slopes([[mode_x[c][m] + mode_u[c][m] for m in range(7)] for c in range(3)])
-    return 0.5 * ((along(rest[1], mode_u) + along(now[1], mode_u)) - hex_slopes(mode_u)[0]) / rest[0]
-
-
-@ti.func
-def mean_trace(x, u):
-    """Return the mean of tr H over a hexahedron."""
-    mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
-    rest = hex_slopes(mode_x)
-    return along(rest[1], mode_u) / rest[0]
-
-
-@ti.func
-def shape_response(law: ti.template(), h, parameters, memory: ti.template(), pressure, change):
-    """Return the result of a law without its volume part, for the pressure and volume change of the cell."""
-    if ti.static(memory and law.plastic):
-        return law.update(h, parameters, recall(memory, 0), [pressure, change])
-    else:
-        without = [0.0] + [parameters[i] for i in range(1, len(parameters))]
-        return plain_response(law, h, without, memory)
-
-
-@ti.func
-def pressure_of_change(law: ti.template(), change, parameters, memory: ti.template()):
-    """Return U' [Pa] of the volume change of a cell; positive in tension."""
-    if ti.static(memory and law.plastic):
-        return law.plastic.volume(change, parameters, recall(memory, 0))[0]
-    else:
-        return parameters[0] * change
-
-
 @functools.cache
 def make_cell_stress(kind: str, law: str):
     """Return the kernel of a kind of cell (`elements.FUNCTIONS`) with a law (`materials.LAWS`), memoised.
 
     cell_stress(rows, connectivity, position, parameters, u, state, averages, out): cells packed WIDTH wide as (pack,
-    corner, lane); position [3n]; u [rows, 3n]; state [packs, numbers, width] of a law that has one; averages [rows,
-    packs, AVERAGES, width] of cells averaged at nodes; out [rows, packs, NUMBERS, width] [Pa]: stress, von Mises norm.
+    corner, lane); position [3n]; u [rows, 3n]; state [packs, points, numbers, width] of a law that has one; averages
+    [rows, packs, AVERAGES, width] of cells averaged at nodes; out [rows, packs, NUMBERS, width] [Pa]: stress, von Mises
+    norm.
     """
     corners, functions = elements.CORNERS[kind], elements.FUNCTIONS[kind]
-    gradient_of, averaged = functions.gradient, functions.averaged
+    gradient_of, averaged, points = functions.gradient, functions.averaged, functions.points
+    of_points = takes_mean(kind, law)
+    mean_of = mean_of_points(kind, law) if of_points else None
     split = averaged or functions.tangent == "mean-dilatation"
     width, law_of, size = WIDTH, LAWS[law], len(LAWS[law].state)
     count = len(law_of.parameters) + law_of.rates
@@ -99,17 +75,30 @@ def make_cell_stress(kind: str, law: str):
             return [averaged_volume(law_of, own, parameters, [part[0], [part[1 + k] for k in range(4)]])[0], own]
         else:
             own = change_of(x, y)
-            return [pressure_of_change(law_of, own, parameters, memory), own]
+            return [parameters[0] * own, own]
 
     @ti.func
     def stress_at(h, parameters, memory: ti.template(), answer: ti.template(), x, y, averages: ti.template(), place):
         """Return the stress of the cell; answer: of the law with its volume part."""
         if ti.static(split):
             part = pressure_part(x, y, parameters, memory, averages, place)
-            shape = shape_response(law_of, h, parameters, memory, part[0], part[1])
+            shape = shape_response(law_of, h, parameters, memory, 0, part[0], part[1])
             return tensor3.plus_identity(stress_of(shape[0], h, shape[2]), part[0])
         else:
             return stress_of(answer[0], h, answer[2])
+
+    @ti.func
+    def stress_and_square(x, y, numbers, memory: ti.template(), averages: ti.template(), place):
+        """Return the stress of the cell and 3/2 s:s of the one that von_mises.py shows."""
+        if ti.static(of_points):
+            mean = mean_of(x, y, numbers, memory)
+            return [mean, equivalent(mean)]
+        else:
+            h = gradient_of(x, y)
+            shown = [0.0] + [numbers[j] for j in range(1, count)] if averaged else numbers  # as in von_mises.py
+            answer = plain_response(law_of, h, shown, memory, 0)
+            stress = stress_at(h, numbers, memory, answer, x, y, averages, place)
+            return [stress, equivalent(stress_of(answer[0], h, answer[2]))]
 
     @ti.kernel
     def cell_stress(rows: ti.i32, connectivity: INDEX, position: ARRAY, parameters: ARRAY, u: ARRAY, state: ARRAY,
@@ -122,13 +111,10 @@ def make_cell_stress(kind: str, law: str):
             moved = [corner_of(u, connectivity, start + k * width, first, width) for k in range(corners)]
             x = [[at_rest[k][c] for k in range(corners)] for c in range(3)]
             y = [[moved[k][c] for k in range(corners)] for c in range(3)]
-            h = gradient_of(x, y)
-            memory = ti.static(PointMemory(state, pack * (size * width), size, width, 0) if size else None)
+            memory = ti.static(memory_of(state, pack, points, size, width) if size else None)
             numbers = [parameters[j] for j in range(count)]
-            shown = [0.0] + [parameters[j] for j in range(1, count)] if averaged else numbers  # as in von_mises.py
-            answer = plain_response(law_of, h, shown, memory)
-            square = equivalent(stress_of(answer[0], h, answer[2]))
-            stress = stress_at(h, numbers, memory, answer, x, y, averages, i * (AVERAGES * width))
+            found = stress_and_square(x, y, numbers, memory, averages, i * (AVERAGES * width))
+            stress, square = found[0], found[1]
             for lane in ti.static(range(width)):
                 place = i * (NUMBERS * width) + lane
                 for j, part in ti.static(enumerate(PARTS)):

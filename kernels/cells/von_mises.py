@@ -1,9 +1,9 @@
-"""Von Mises stress at the centre of every cell, for output.
+"""Von Mises stress of every cell, for output.
 
     sigma = P F^t / J  (linear law: sigma = P),    s = sigma - tr(sigma)/3 I,    von Mises = sqrt(3/2 s:s)
 
-with P of the law, for the mean state of the points of a law that has one, at the displacement gradient H of the cell
-centre, in one-point hexes the mean one (elements/).
+with P of the law at the displacement gradient H of the cell centre, in one-point hexes the mean one (elements/). Of a
+law with a state sigma is the mean of the points of the cell (law_stress.py).
 """
 
 import functools
@@ -15,22 +15,9 @@ from ..language import tensor3
 from ..language.arguments import ARRAY, INDEX
 from ..language.bundles import Body
 from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
-from ..language.point_memory import PointMemory, recall
 from ..materials import LAWS
 from .cell_phase import gather
-
-
-@ti.func
-def cauchy(piola, h, change):
-    """Return P F^t / J."""
-    turned = tensor3.product_transposed(piola, tensor3.plus_identity(h, 1.0))
-    return tensor3.scaled(1.0 / (1.0 + change), turned)
-
-
-@ti.func
-def small(piola, h, change):
-    """Return P, the only stress measure of the linear law."""
-    return piola
+from .law_stress import cauchy, mean_of_points, memory_of, plain_response, small, takes_mean
 
 
 @ti.func
@@ -40,28 +27,30 @@ def equivalent(stress):
     return 1.5 * tensor3.dot(deviator, deviator)
 
 
-@ti.func
-def plain_response(law: ti.template(), h, parameters, memory: ti.template()):
-    """Return the result of a law for the state of the cell; nothing is stored or added up."""
-    if ti.static(memory and law.plastic):
-        return law.update(h, parameters, recall(memory, 0), [])
-    elif ti.static(memory):
-        return law.update(h, parameters, recall(memory, 0))
-    else:
-        return law.update(h, parameters)
-
-
 @functools.cache
 def make_von_mises(kind: str, law: str):
     """Return the kernel of a kind of cell (`elements.FUNCTIONS`) with a law (`materials.LAWS`), memoised.
 
     von_mises(connectivity, position, parameters, u, state, stress_out): cells packed WIDTH wide as (pack, corner,
-    lane); position, u [3n]; state [packs, numbers, width] of a law that has one; stress_out [packs * width] [Pa].
+    lane); position, u [3n]; state [packs, points, numbers, width] of a law that has one; stress_out [packs * width]
+    [Pa].
     """
-    corners, gradient_of = elements.CORNERS[kind], elements.FUNCTIONS[kind].gradient
+    functions = elements.FUNCTIONS[kind]
+    corners, points, gradient_of = functions.corners, functions.points, functions.gradient
     width, law_of, size = WIDTH, LAWS[law], len(LAWS[law].state)
+    of_points = takes_mean(kind, law)
+    mean_of = mean_of_points(kind, law) if of_points else None
     count = len(law_of.parameters) + law_of.rates
     stress_of = small if LAWS[law].linear else cauchy
+
+    @ti.func
+    def stress_at(x, y, numbers, memory: ti.template()):
+        if ti.static(of_points):
+            return mean_of(x, y, numbers, memory)
+        else:
+            h = gradient_of(x, y)
+            answer = plain_response(law_of, h, numbers, memory, 0)
+            return stress_of(answer[0], h, answer[2])
 
     @ti.kernel
     def von_mises(connectivity: INDEX, position: ARRAY, parameters: ARRAY, u: ARRAY, state: ARRAY, stress_out: ARRAY):
@@ -71,10 +60,8 @@ def make_von_mises(kind: str, law: str):
             corner = [gather(body, start + k * width, width) for k in range(corners)]
             x = [[corner[k][c] for k in range(corners)] for c in range(3)]
             y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
-            h = gradient_of(x, y)
-            memory = ti.static(PointMemory(state, pack * (size * width), size, width, 0) if size else None)
-            answer = plain_response(law_of, h, [parameters[i] for i in range(count)], memory)
-            square = equivalent(stress_of(answer[0], h, answer[2]))
+            memory = ti.static(memory_of(state, pack, points, size, width) if size else None)
+            square = equivalent(stress_at(x, y, [parameters[i] for i in range(count)], memory))
             for lane in ti.static(range(width)):
                 stress_out[pack * width + lane] = ti.sqrt(square[lane])
 

@@ -17,8 +17,8 @@ The volume V = D/64 of a hex with any corners is a cubic of the modes x1 .. x123
 from ..engine import ti
 from ..language import tensor3
 from .bulk_viscosity import pressure_rate
-from .hex8_modes import hex_corner_forces, hex_gradients, hex_modes, hex_plane
-from .hex8_points import mode_forces_by_points, point_answer
+from .hex8_modes import GAUSS, gradients_at, hex_corner_forces, hex_gradients, hex_modes, hex_plane
+from .hex8_points import mode_forces_by_points, point_answer, signs_of
 from .hex8_shapes import ANY, BOX, PARALLELEPIPED
 from .points import cross, dot, geometry, of_shape, plus
 from .record import CellFunctions
@@ -98,6 +98,16 @@ def hex_by_points(x, u, weight, parameters, law: ti.template(), memory: ti.templ
     return [[hex_corner_forces(points[0][c]) for c in range(3)], points[1], points[2]]
 
 
+@ti.func
+def hex_point_gradient(x, u, point):
+    """Return [H, D/512] of a point of a hex8 from its corners x[c][k], u[c][k]."""
+    sign = signs_of(point)
+    r = [GAUSS * sign[j] for j in range(3)]
+    shape = geometry([gradients_at(hex_modes(x[c]), r) for c in range(3)])
+    g = [gradients_at(hex_modes(u[c]), r) for c in range(3)]
+    return [tensor3.product_transposed(g, shape[1]), (1.0 / 512.0) * shape[2]]
+
+
 hex_force = of_shape(hex_points, ANY)
 affine_hex_force = of_shape(hex_points, PARALLELEPIPED)
 box_hex_force = of_shape(hex_points, BOX)
@@ -169,6 +179,7 @@ FUNCTIONS = {
         hex_centre,
         thread_force=of_shape(hex_by_points, shape),
         thread_step_force=of_shape(hex_by_points, ANY),
+        point_gradient=hex_point_gradient,
     )
     for name, force, shape in (
         ("", hex_force, ANY),

@@ -17,7 +17,7 @@ law has the mean of tr H instead, (s0.u)/D(x), and the slopes at rest.
 
 from ..engine import ti
 from ..language.point_memory import recall
-from .hex8 import hex_centre, hex_mode_forces, hex_slopes, hex_viscosity
+from .hex8 import hex_centre, hex_mode_forces, hex_point_gradient, hex_slopes, hex_viscosity
 from .hex8_modes import hex_corner_forces, hex_modes
 from .hex8_points import mode_forces_by_points
 from .hex8_reduced import six
@@ -180,6 +180,7 @@ FUNCTIONS = {
         thread_force=of_shape(split_force_by_points, shape),
         linear_thread_force=of_shape(linear_split_force_by_points, shape),
         thread_step_force=mean_step_force_by_points,
+        point_gradient=hex_point_gradient,
     )
     for name, shape in (("", ANY), ("-affine", PARALLELEPIPED), ("-box", BOX))
 }

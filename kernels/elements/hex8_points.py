@@ -24,6 +24,12 @@ def point_answer(g, mapped, parameters, law: ti.template(), memory: ti.template(
 
 
 @ti.func
+def signs_of(point):
+    """Return s_j = +-1 of the corner that a point stands next to."""
+    return [2.0 * i - 1.0 for i in ((point ^ (point >> 1)) & 1, (point >> 1) & 1, point >> 2)]
+
+
+@ti.func
 def mode_forces_by_points(
     x, mode_u, share, parameters, law: ti.template(), memory: ti.template(), shape: ti.template(), start
 ):
@@ -34,7 +40,7 @@ def mode_forces_by_points(
     energy = x[0][0] * 0.0
     change = energy + 1e300
     for point in range(8):
-        sign = [2.0 * i - 1.0 for i in ((point ^ (point >> 1)) & 1, (point >> 1) & 1, point >> 2)]  # of its corner
+        sign = signs_of(point)
         r = [half[j] * sign[j] for j in range(3)]
         mapped = shape.map_at(data, r)
         g = [gradients_at(modes[c], r) for c in range(3)]

@@ -19,7 +19,8 @@ class CellFunctions(NamedTuple):
     law linear_volume), is averaged at nodes, and force has `averages_of` (cells/node_averages.py) as its last argument.
     stored: count of numbers that describe the cell at rest (tcontact/planning/cell_shapes.py), which force takes in
     place of x, as a list; 0 if it takes x. thread_force, linear_thread_force: the same forces for a thread of a GPU,
-    which has few registers, thread_step_force: `step_force` for it; None: those above.
+    which has few registers, thread_step_force: `step_force` for it; None: those above. point_gradient(x, u, point)
+    returns [H, D times the weight] of one of several points.
     """
 
     corners: int
@@ -38,3 +39,4 @@ class CellFunctions(NamedTuple):
     thread_force: Any = None
     linear_thread_force: Any = None
     thread_step_force: Any = None
+    point_gradient: Any = None

@@ -134,6 +134,26 @@ def wedge_centre(x, u):
     return tensor3.product_transposed(g, shape[1])
 
 
+@ti.func
+def wedge_point_gradient(x, u, point):
+    """Return [H, D times the weight] of a point of a wedge6 from its corners x[c][k], u[c][k]."""
+    place, level = point % 3, point // 3
+    r, s = 1.0 / 6.0 + 0.5 * (place & 1), 1.0 / 6.0 + 0.5 * (place >> 1)
+    t = ti.static(LEVELS[0]) + ti.static(LEVELS[1] - LEVELS[0]) * level
+    shape = geometry([wedge_gradient(wedge_differences(x[c]), r, s, t) for c in range(3)])
+    g = [wedge_gradient(wedge_differences(u[c]), r, s, t) for c in range(3)]
+    return [tensor3.product_transposed(g, shape[1]), WEIGHT * shape[2]]
+
+
 FUNCTIONS = {
-    "wedge6": CellFunctions(6, wedge_force, wedge_force, wedge_viscosity, wedge_centre, points=6, share=WEIGHT)
+    "wedge6": CellFunctions(
+        6,
+        wedge_force,
+        wedge_force,
+        wedge_viscosity,
+        wedge_centre,
+        points=6,
+        share=WEIGHT,
+        point_gradient=wedge_point_gradient,
+    )
 }

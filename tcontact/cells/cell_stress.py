@@ -10,7 +10,7 @@ from ..planning.node_volumes import NodeVolumes, held_nodes, node_volumes
 from ..planning.packing import WIDTH, pack_cells
 from ..scene.body import Body
 from ..scene.cell_blocks import AVERAGED, BodyBlock
-from .stress import packed, shown_parameters
+from .stress import States, packed, shown_parameters
 
 AVERAGES = 6  # numbers of a cell averaged at nodes, see kernels/cells/cell_stress.py
 VON_MISES = 6  # place of the von Mises norm, behind the six components
@@ -34,16 +34,18 @@ class CellStress:
         self._u = arrays.zeros(rows * 3 * body.mesh.node_count)
         self._parts = [_Part(body, block, rows) for block in body.blocks]
 
-    def __call__(self, displacement: np.ndarray, state: np.ndarray | None = None) -> np.ndarray:
+    def __call__(self, displacement: np.ndarray, states: States = None) -> np.ndarray:
         """Return six components of the stress and its von Mises norm [rows, m, 7] [Pa] of all cells.
 
-        displacement [rows, n, 3] [m] of the user; state [m, numbers]: mean state of the points of every cell, for laws
-        that have one. Components in the order xx, yy, zz, xy, yz, xz.
+        displacement [rows, n, 3] [m] of the user; states: see `VonMises`. Components in the order xx, yy, zz, xy, yz,
+        xz.
         """
         arrays.set_values(self._u, displacement)
         result = np.empty((len(displacement), self._count, NUMBERS))
-        for part in self._parts:
-            result[:, part.block.numbers] = part.stress(len(displacement), self._position, self._u, state)
+        for number, part in enumerate(self._parts):
+            if states is not None and states[number].size:
+                part.recall(states[number])
+            result[:, part.block.numbers] = part.stress(len(displacement), self._position, self._u)
         return result
 
     def owned(self) -> list[arrays.Array]:
@@ -56,23 +58,26 @@ class _Part:
 
     def __init__(self, body: Body, block: BodyBlock, rows: int) -> None:
         from ..kernels.cells.cell_stress import make_cell_stress
+        from ..kernels.elements import FUNCTIONS
         from ..kernels.materials import LAWS
 
         packs = pack_cells(block.cells, body.mesh.node_count, WIDTH)
         self.block, self._packs = block, packs.lanes // WIDTH
-        self._size = len(LAWS[block.material.law].state)
+        numbers = FUNCTIONS[block.element].points * len(LAWS[block.material.law].state)
         self._averages = _Averages(body, block) if block.formulation == AVERAGED else None
         self._cells = arrays.share(packs.connectivity)
         self._parameters = arrays.put(np.array(shown_parameters(block)))
-        self._memory = arrays.zeros(packs.lanes * self._size)
+        self._memory = arrays.zeros(packs.lanes * numbers)
         self._averaged = arrays.zeros(0 if self._averages is None else rows * packs.lanes * AVERAGES)
         self._out = arrays.zeros(rows * packs.lanes * NUMBERS)
         self._kernel = Prepared(make_cell_stress(block.element, block.material.law))
 
-    def stress(self, rows: int, position: arrays.Array, u: arrays.Array, state: np.ndarray | None) -> np.ndarray:
+    def recall(self, state: np.ndarray) -> None:
+        """Take the state [cells, points, numbers] of its cells for all that follows."""
+        arrays.set_values(self._memory, packed(state))
+
+    def stress(self, rows: int, position: arrays.Array, u: arrays.Array) -> np.ndarray:
         """Return the numbers [rows, cells, NUMBERS] of its cells; u [rows, 3n]: see `CellStress`."""
-        if state is not None and self._size:
-            arrays.set_values(self._memory, packed(state[self.block.numbers, : self._size]))
         if self._averages is not None:
             arrays.set_values(self._averaged, self._averages(rows, self._cells, position, u))
         self._kernel(rows, self._cells, position, self._parameters, u, self._memory, self._averaged, self._out)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -81,19 +80,6 @@ class PointState:
                 values[place : place + rows.size] = rows.transpose(0, 2, 3, 1).reshape(-1)
         arrays.set_values(memory, values)
 
-    def of_body(self, number: int) -> np.ndarray:
-        """Return the mean state [cells, numbers] of the points of every cell of a body, in the user's numbering.
-
-        Cells of a law without state have zeros.
-        """
-        body = self.domain.bodies[number]
-        size = max(count for _, count in self._shapes)
-        result = np.zeros((body.body.mesh.cell_count, size))
-        for index, block in enumerate(self.domain.blocks):
-            if block.body is body and self._shapes[index][1]:
-                result[self.cells_of(block), : self._shapes[index][1]] = self.of_block(index).mean(axis=1)
-        return result
-
     def strains_of_body(self, number: int) -> np.ndarray:
         """Return the largest plastic strain [cells] of the points of every cell of a body; NaN without plastic flow."""
         from ..kernels.materials import LAWS
@@ -115,18 +101,6 @@ def shape_of(block: CellBlock) -> tuple[int, int]:
     return FUNCTIONS[block.variant].points, len(LAWS[block.material.law].state)
 
 
-def mean_state(body: Body, states: tuple[np.ndarray, ...] | None) -> np.ndarray | None:
-    """Return what `PointState.of_body` does, of the states of the blocks of a body (`Result.points`); None of none."""
-    size = max((state.shape[2] for state in states or ()), default=0)
-    if size == 0:
-        return None
-    result = np.zeros((body.mesh.cell_count, size))
-    for block, state in zip(body.blocks, states or (), strict=True):
-        if state.shape[2]:
-            result[block.numbers, : state.shape[2]] = state.mean(axis=1)
-    return result
-
-
 def has_state(scene: Scene) -> bool:
     """Return whether the points of some body keep a state."""
     from ..kernels.materials import LAWS
@@ -134,23 +108,26 @@ def has_state(scene: Scene) -> bool:
     return any(LAWS[material.law].state for body in scene.bodies for material in body.materials)
 
 
-def metal_field(body: Body, name: str, state: np.ndarray | None) -> np.ndarray:
-    """Return "plastic_strain" or "temperature" [K] of every cell [m] of a body from its mean state; NaN without one."""
+def metal_field(body: Body, name: str, states: Sequence[np.ndarray] | None) -> np.ndarray:
+    """Return "plastic_strain" or "temperature" [K] of every cell [m] of a body; NaN where it has none.
+
+    They are means of the points of a cell; states: see `PointState.blocks_of_body`, None: none is known.
+    """
     from ..kernels.materials import LAWS
 
     result = np.full(body.mesh.cell_count, np.nan)
-    for block in body.blocks:
+    for number, block in enumerate(body.blocks):
         plastic = LAWS[block.material.law].plastic
-        if plastic is not None and state is not None:
+        if plastic is not None and states is not None:
             place, start = plastic.strain, 0.0
             if name == "temperature":
                 place, start = plastic.warming, block.material.parameters[plastic.initial_temperature]
-            result[block.numbers] = start + state[block.numbers, place]
+            result[block.numbers] = start + states[number][:, :, place].mean(axis=1)
     return result
 
 
-def metal_fields(views: Sequence[Any]) -> dict[str, np.ndarray]:
-    """Return `metal_field` of all bodies by name, stacked in order; views: their BodyView."""
-    kept = [(view.plan.body, view.point_state()) for view in views]
+def metal_fields(bodies: Sequence[Body], states: Sequence[Sequence[np.ndarray]]) -> dict[str, np.ndarray]:
+    """Return `metal_field` of all bodies by name, stacked in order."""
+    kept = list(zip(bodies, states, strict=True))
     names = ("plastic_strain", "temperature")
-    return {name: np.concatenate([metal_field(body, name, state) for body, state in kept]) for name in names}
+    return {name: np.concatenate([metal_field(body, name, own) for body, own in kept]) for name in names}

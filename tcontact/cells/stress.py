@@ -1,6 +1,8 @@
-"""Von Mises stress of a body, one value per cell: at its centre, in one-point hexes from the mean gradient."""
+"""Von Mises stress of a body, one value per cell: at its centre, of metals the mean of the points of the cell."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,18 +13,22 @@ from ..planning.packing import WIDTH, pack_cells
 from ..scene.body import Body
 from ..scene.cell_blocks import AVERAGED, BodyBlock
 
+States = Sequence[np.ndarray] | None  # of every block of a body: numbers [cells, points, numbers of a point]
+
 
 class VonMises:
     """Computes the von Mises norm of the Cauchy stress of a body for any displacement.
 
     It is made only where it is shown: it compiles its own kernel and keeps connectivity, positions, displacement and
-    result, 24 (tet4), 32 (wedge6) or 40 (hex8) bytes a cell and 48 a node. Taichi must be running (`runtime.start`).
+    result, 24 (tet4), 32 (wedge6) or 40 (hex8) bytes a cell and 48 a node, and the state of its points. Taichi must be
+    running (`runtime.start`).
     Raises `InputError` for a law that the kernels do not have.
     """
 
     def __init__(self, body: Body, order: np.ndarray | None = None) -> None:
         """Prepare for displacements in an order of the nodes [n] of the body; None: their own."""
         from ..kernels.cells.von_mises import make_von_mises
+        from ..kernels.elements import FUNCTIONS
         from ..kernels.materials import LAWS
 
         mesh = body.mesh
@@ -37,7 +43,6 @@ class VonMises:
         self._whole = np.zeros(mesh.cell_count if len(body.blocks) > 1 else 0)
         kernels = {(block.element, block.material.law): None for block in body.blocks}
         self._kernels = {kind: Prepared(make_von_mises(*kind)) for kind in kernels}
-        self._stateful = {law: bool(LAWS[law].state) for _, law in kernels}
         self._data = []
         for block in body.blocks:
             cells = block.cells if place is None else place[block.cells]
@@ -45,21 +50,22 @@ class VonMises:
             numbers, law = shown_parameters(block), LAWS[block.material.law]
             if block.formulation == AVERAGED:  # the pressure of a single cell is no result, and large near poisson 1/2
                 numbers[0] = 0.0
-            state = arrays.zeros(packs.lanes * len(law.state))
+            state = arrays.zeros(packs.lanes * FUNCTIONS[block.element].points * len(law.state))
             self._data.append(
                 (arrays.share(packs.connectivity), arrays.put(np.array(numbers)), state, arrays.zeros(packs.lanes))
             )
 
-    def __call__(self, displacement: np.ndarray, state: np.ndarray | None = None) -> np.ndarray:
+    def __call__(self, displacement: np.ndarray, states: States = None) -> np.ndarray:
         """Return the stress [m] [Pa] at a displacement [n, 3] [m]; the next call overwrites it.
 
-        state [m, numbers]: mean state of the points of every cell (`PointState.of_body`), for laws that have one; None:
-        that of the start.
+        states: of the points of the cells of every block (`PointState.blocks_of_body`), for laws that have one; None:
+        that of the call before, first that of the start.
         """
         arrays.set_values(self._u, displacement)
-        for block, (connectivity, parameters, memory, stress) in zip(self._blocks, self._data, strict=True):
-            if state is not None and self._stateful[block.material.law]:
-                arrays.set_values(memory, packed(state[block.numbers]))
+        for number, (block, data) in enumerate(zip(self._blocks, self._data, strict=True)):
+            connectivity, parameters, memory, stress = data
+            if states is not None and states[number].size:
+                arrays.set_values(memory, packed(states[number]))
             kernel = self._kernels[block.element, block.material.law]
             kernel(connectivity, self._position, parameters, self._u, memory, stress)
             found = arrays.get(stress)[: block.count]
@@ -82,8 +88,8 @@ def shown_parameters(block: BodyBlock) -> list[float]:
 
 
 def packed(state: np.ndarray) -> np.ndarray:
-    """Return the state [cells, numbers] as [packs, numbers, WIDTH], filled up with zeros."""
+    """Return the state [cells, points, numbers] as [packs, points, numbers, WIDTH], filled up with zeros."""
     packs = -(-len(state) // WIDTH)
-    padded = np.zeros((packs * WIDTH, state.shape[1]))
+    padded = np.zeros((packs * WIDTH, *state.shape[1:]))
     padded[: len(state)] = state
-    return padded.reshape(packs, WIDTH, -1).transpose(0, 2, 1)
+    return padded.reshape(packs, WIDTH, *state.shape[1:]).transpose(0, 2, 3, 1)

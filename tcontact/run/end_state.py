@@ -25,11 +25,12 @@ def motion(scene: Scene, last: Snapshot) -> dict[str, Any]:
 
 def forces_and_points(scene: Scene, states: list[BodyView]) -> dict[str, Any]:
     """Return the other fields of `end_state`."""
+    points = tuple(state.points() for state in states) if has_state(scene) else ()
     return {
         "contact_node_force": joined([state.contact_force() for state in states]),
         "layers": tuple(state.layers() for state in states),
-        "metals": metal_fields(states) if scene.plastic else {},
-        "points": tuple(state.points() for state in states) if has_state(scene) else (),
+        "metals": metal_fields(scene.bodies, points) if scene.plastic else {},
+        "points": points,
     }
 
 

@@ -170,9 +170,9 @@ class Recorder:
             rubbed = [state.friction_fields() for state in self.states]
             nodal |= {name: joined([one[name] for one in rubbed]) for name in FRICTION if name in self.fields}
         cellwise = {}
-        kept: list[np.ndarray | None] = [None] * len(self._celled)
+        kept: list[Sequence[np.ndarray] | None] = [None] * len(self._celled)
         if self._stateful:
-            kept = [state.point_state() for state in self._with_cells]
+            kept = [state.points() for state in self._with_cells]
         if self.stress:
             moved = [snapshot.moved[number] for number in self._celled]
             parts = zip(self.stress, moved, kept, strict=True)

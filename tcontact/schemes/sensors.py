@@ -9,6 +9,7 @@ import numpy as np
 
 from ..cells.cell_stress import VON_MISES, CellStress, pressure_of
 from ..cells.point_state import metal_field
+from ..cells.stress import States
 from ..device import arrays
 from ..planning.body_plan import BodyPlan
 from ..planning.measured import Layout
@@ -18,7 +19,8 @@ from .motion import Motion
 
 STRESSES = frozenset({"stress", "von_mises", "pressure"})
 ROOM = 2**20  # numbers that the rows between two calls of `measure` may take
-Kept = Callable[[int], np.ndarray]  # number of a body in the domain -> numbers of its cells
+Kept = Callable[[int], tuple[np.ndarray, ...]]  # number of a body in the domain -> state of points of its blocks
+Strains = Callable[[int], np.ndarray]  # the same -> largest plastic strain of its cells
 
 
 class Sensors:
@@ -82,10 +84,10 @@ class Sensors:
         """Return values [rows, k, 3] of `nodes` for those of probes."""
         return values[:, np.searchsorted(self.nodes, self._moving)]
 
-    def measure(self, count: int, before: float, after: float, kept: Kept, strains: Kept) -> None:
+    def measure(self, count: int, before: float, after: float, kept: Kept, strains: Strains) -> None:
         """Measure `count` rows; before, after [s]: the steps round the first one, those of the others are `after`.
 
-        kept, strains: give the mean state and the largest plastic strain of the points of the cells of a body.
+        kept, strains: give the state and the largest plastic strain of the points of the cells of a body.
         """
         u, v = (stored[: count + 1] for stored in self._scratch)
         motion = self.motion.explicit(self._of_moving(u), v, before, after) if len(self._moving) else {}
@@ -96,7 +98,7 @@ class Sensors:
         motion = self.motion.implicit(u[self._moving][None], velocity[self._moving][None], before)
         self._fill(motion, u[None], None, None)
 
-    def _fill(self, motion: dict[str, np.ndarray], u: np.ndarray, kept: Kept | None, strains: Kept | None) -> None:
+    def _fill(self, motion: dict[str, np.ndarray], u: np.ndarray, kept: Kept | None, strains: Strains | None) -> None:
         self._measured, fields = {}, []
         for index, body in enumerate(self.bodies):
             stateful = self.stateful and index in self._with_cells
@@ -125,7 +127,7 @@ class Sensors:
             row = np.arange(len(owner))
             self._cells[quantity] = largest[owner, row], np.array(self._with_cells)[owner], cells[owner, row]
 
-    def _fields(self, index: int, body: BodyPlan, u: np.ndarray, state: np.ndarray | None) -> dict[str, np.ndarray]:
+    def _fields(self, index: int, body: BodyPlan, u: np.ndarray, state: States) -> dict[str, np.ndarray]:
         """Return the quantities [rows, cells] of a body that probes or maxima ask for."""
         found: dict[str, np.ndarray] = {}
         stress = self._stress[index]

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..cells.point_state import mean_state
 from ..cells.stress import VonMises
 from ..device import runtime
 from ..mesh.mesh import Mesh
@@ -85,7 +84,7 @@ class EndState:
                 runtime.start()  # the result came from another process
             states = result.points or [None] * len(bodies)
             triples = zip(bodies, parts, states, strict=True)
-            stress = [VonMises(body)(part, mean_state(body, points)) for body, part, points in triples]
+            stress = [VonMises(body)(part, points) for body, part, points in triples]
         cells = {"von_mises": np.concatenate(stress)}
         if len(bodies) > 1:
             cells["body"] = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(bodies)])

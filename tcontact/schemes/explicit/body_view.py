@@ -90,10 +90,6 @@ class BodyView(ChosenNodes):
         """Return whether all its nodes start with one velocity."""
         return moves_as_one(self.start_velocity)
 
-    def point_state(self) -> np.ndarray:
-        """Return the mean state [cells, numbers] of the points of every cell in the user's numbering."""
-        return PointState(self.state.domain, self.state.internal_force).of_body(self._number)
-
     def strains(self) -> np.ndarray:
         """Return the largest plastic strain [cells] of the points of every cell, in the user's numbering."""
         return PointState(self.state.domain, self.state.internal_force).strains_of_body(self._number)

@@ -310,17 +310,6 @@ class RankView(BodyView):
         )
 
     @collective
-    def point_state(self) -> np.ndarray:
-        """Return the mean state [cells, numbers] of the points of every cell in the user's numbering."""
-        size = max(numbers for shapes in self._shapes() for _, numbers in shapes)
-        cells = self.part.part.cells
-        own = np.zeros((len(cells), size))
-        if self.own is not None:
-            part = self.own.point_state()
-            own[:, : part.shape[1]] = part
-        return self._cells(own, cells, self.plan.body.mesh.cell_count)
-
-    @collective
     def strains(self) -> np.ndarray:
         """Return the largest plastic strain [cells] of the points of every cell, in the user's numbering."""
         own = np.zeros(0) if self.own is None else self.own.strains()

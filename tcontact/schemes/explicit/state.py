@@ -338,7 +338,7 @@ class DomainState:
             self.sensors.take_rows(done, samples)
         self.sensors.take(done, self.u, self.v)
         own = self.own_views
-        self.sensors.measure(done, *steps, lambda i: own[i].point_state(), lambda i: own[i].strains())
+        self.sensors.measure(done, *steps, lambda i: own[i].points(), lambda i: own[i].strains())
 
     def rows(self, times: np.ndarray) -> np.ndarray:
         """Return the measured rows [n, width] (measured.Layout) of the last `advance`, at these times [s]."""
