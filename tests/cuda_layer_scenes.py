@@ -22,17 +22,22 @@ def sliding(removal, speed, rows, contact=None, **layer):
 def baked():
     """Layers that are solved together with the kick, then take one step for several mechanical ones, and flow.
 
-    The floor is a metal, so that its layers have two sides; a plane without one rises through it and takes over.
+    The floor is a metal, so that its layers have two sides; a plane without one, of another coefficient, rises through
+    it and takes over: for a while both press every node.
     """
     scene, scheme = sliding("normal", 34.0, 40, plastic_heat=0.3)
     (floor,) = scene.obstacles
-    rising = tc.Plane((0.0, 0.0, -4e-8), (0.0, 0.0, 1.0), velocity=(0.0, 0.0, 0.18))
+    own = dataclasses.replace(scene.friction, coefficient=2.0 * scene.friction.coefficient)
+    rising = tc.Plane((0.0, 0.0, -4e-8), (0.0, 0.0, 1.0), velocity=(0.0, 0.0, 0.18), friction=own)
     return dataclasses.replace(scene, obstacles=[dataclasses.replace(floor, metal=COPPER), rising]), scheme
 
 
 def fused():
-    """Layers that limit the friction of the static solve, which slides from the first step on."""
-    return sliding("full", 400.0, 40)
+    """Layers that limit the friction of the static solve, which slides from the first step on; the floor names them."""
+    scene, scheme = sliding("full", 400.0, 40)
+    (floor,) = scene.obstacles
+    own = dataclasses.replace(scene.friction, coefficient=0.5 * scene.friction.coefficient)
+    return dataclasses.replace(scene, obstacles=[dataclasses.replace(floor, friction=own)]), scheme
 
 
 def branded():
