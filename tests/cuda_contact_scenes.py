@@ -271,7 +271,7 @@ PAIRED = (paired, stacked, touched, padded)
 # scenes that combine what others have term by term: with --slow alone, since each has kernels of its own
 SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 COMBINED = () if SLOW else (
-    linear, sagged, fast, rubbed, spun, carried, fused, branded, stacked, touched, padded
+    linear, corner, forged, sagged, fast, rubbed, crept, struck, spun, carried, fused, branded, stacked, touched, padded
 )  # fmt: skip
 RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION + LAYERED if scene not in COMBINED)
 SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION + LAYERED + PAIRED if scene not in COMBINED}

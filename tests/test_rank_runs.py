@@ -16,7 +16,10 @@ from tcontact.results.files.vtkhdf import ResultData
 
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
 CANCEL = {"contact_force": "pair_force:lower-upper", "impulse": "pair_force:lower-upper"}
-ON_TWO = [name for name in SCENES if name not in ("halves", "springy", "knocked")]
+SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
+# test_rank_recut.py says of most of these in every run that two ranks and one process give the same
+ELSEWHERE = () if SLOW else ("corner", "pushed", "rigid", "pulled", "pressed", "crossed", "squeezed", "tied")
+ON_TWO = [name for name in SCENES if name not in ("halves", "springy", "knocked", *ELSEWHERE)]
 SEVERAL = {3: ("normal", "pair", "halves", "springy", "knocked"), 4: ("free", "held", "halves")}
 
 
@@ -25,7 +28,8 @@ def alone(tmp_path_factory):
     """Results of one process."""
     folder = tmp_path_factory.mktemp("alone")
     environment = os.environ | {"PYTHONPATH": str(HERE.parent), "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "rank_results.py", str(folder), *SCENES]
+    names = dict.fromkeys(name for _count, name in CASES)
+    command = [sys.executable, "rank_results.py", str(folder), *names]
     subprocess.run(command, cwd=HERE, env=environment, check=True, timeout=1200)
     return folder
 
