@@ -20,9 +20,8 @@ class VonMises:
     """Computes the von Mises norm of the Cauchy stress of a body for any displacement.
 
     It is made only where it is shown: it compiles its own kernel and keeps connectivity, positions, displacement and
-    result, 24 (tet4), 32 (wedge6) or 40 (hex8) bytes a cell and 48 a node, and the state of its points. Taichi must be
-    running (`runtime.start`).
-    Raises `InputError` for a law that the kernels do not have.
+    result, 24 (tet4), 32 (wedge6) or 40 (hex8) bytes a cell and 48 a node, and the state of the points. Taichi must be
+    running (`runtime.start`). Raises `InputError` for a law that the kernels do not have.
     """
 
     def __init__(self, body: Body, order: np.ndarray | None = None) -> None:
