@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,8 +18,7 @@ from tcontact.lab.bench.rank_steps import model
 from tcontact.planning.partition.cell_graph import CellGraph
 from tcontact.planning.partition.cut import cut_beside
 from tcontact.run.rank_checks import check_ranks
-from tcontact.schemes.explicit.rank_state import RankState
-from tcontact.schemes.explicit.state import DomainState
+from tcontact.schemes.explicit.rank_state import of_all_ranks
 
 HERE = Path(__file__).resolve().parent
 MPIEXEC = shutil.which("mpiexec") or shutil.which("mpiexec", path=str(Path(sys.executable).parent))
@@ -59,13 +57,10 @@ def test_a_killed_rank_ends_all(steps):
     assert done.returncode != 0
 
 
-def test_all_ranks_end_a_block_of_steps_by_what_all_of_them_have(monkeypatch):
+def test_all_ranks_end_a_block_of_steps_by_what_all_of_them_have():
     """Their energies add up; the smallest det F, the largest rates and counts, and any trouble count."""
     one, other = (3.0, 0.4, 1.0, 5.0, 0.0, 0.0), (2.0, 0.9, 7.0, 0.0, 2.0, 1.0)
-    state = object.__new__(RankState)
-    state.team = SimpleNamespace(gathered=lambda own: np.array([own, other]))
-    monkeypatch.setattr(DomainState, "_watched", lambda _self, _raw: one)
-    assert state._watched(np.zeros(1)) == (5.0, 0.4, 7.0, 5.0, 2.0, 1.0)
+    assert of_all_ranks(np.array([one, other])) == (5.0, 0.4, 7.0, 5.0, 2.0, 1.0)
 
 
 @pytest.mark.parametrize(

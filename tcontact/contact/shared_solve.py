@@ -29,8 +29,11 @@ from .shared_islands import ExchangePlaces, SharedIsland
 class SharedSolve:
     """Solves for the contact nodes of a domain together with the other ranks that have some.
 
-    sums: of the step (kernels/columns.py); shares: hands over what is left.
+    sums: of the step (kernels/columns.py); shares: hands over what is left. passes_over_failed: islands whose last
+    solve did not converge are left as they are, in rows of a block that will not count.
     """
+
+    passes_over_failed = False
 
     def __init__(
         self,
@@ -104,6 +107,8 @@ class SharedSolve:
         """Bring the contact nodes to equilibrium at the displacement u [3n], in place."""
         arguments = (*self.force.arguments(u, v), *self._parts[0])
         first, left = 1.0, list(self._islands)
+        if self.passes_over_failed:
+            left = [one for one in left if self.stats[one.number, self.names.CONVERGED] == 1.0]
         while left:
             self.force.measure_surface(u, v)
             if self._viscous is not None:

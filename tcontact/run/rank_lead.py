@@ -30,10 +30,14 @@ class RankGuards(Guards):
 
 
 class RankLooks(Looks):
-    """The looks of the first rank; on the others there are as many without content."""
+    """The looks of the first rank; on the others there are as many without content.
+
+    Behind each look the first rank tells when the next ones are due, so that the others need not ask before.
+    """
 
     def __init__(self, lead: Lead, run: Run) -> None:
         self.lead = lead
+        self._next_looks: tuple[int, int] | None = None  # row of the next one; rows of a launch from row 0 on
         count = lead.decide(lambda: self._made(run))
         if not lead.leads:
             self.looks = [None] * count  # type: ignore[list-item]
@@ -42,14 +46,21 @@ class RankLooks(Looks):
         super().__init__(run)
         return len(self.looks)
 
+    def _next(self) -> tuple[int, int]:
+        return min(one.due for one in self.looks), super().rows(0)
+
     def rows(self, number: int) -> int:
         """Return the largest number of rows of a launch, see `Looks.rows`."""
         if not self.looks:
             return super().rows(number)
-        return self.lead.decide(lambda: super(RankLooks, self).rows(number))
+        if self._next_looks is None:
+            self._next_looks = self.lead.decide(self._next)
+        return max(1, self._next_looks[1] - number)
 
     def take(self, run: Run, row: int, time: float, step: float) -> Stop | None:
         """Take the looks due after a row, see `Looks.take`."""
-        if not self.looks:
+        if not self.looks or (self._next_looks is not None and row < self._next_looks[0] and step != 0.0):
             return None
-        return self.lead.decide(lambda: super(RankLooks, self).take(run, row, time, step))
+        take = super().take
+        stop, self._next_looks = self.lead.decide(lambda: (take(run, row, time, step), self._next()))
+        return stop

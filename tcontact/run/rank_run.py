@@ -183,8 +183,13 @@ class RankRun(Run):
         return {} if others is None else motion(self.scene, found) | others
 
     def cut_by(self, signal: str) -> str:
-        """Return the name of the signal that some rank has received, "" without; raise a warning that is an error."""
-        if not self.team.any(bool(signal) or self._refused is not None):
+        """Return the name of the signal that some rank has received, "" without; raise a warning that is an error.
+
+        The ranks tell each other with the rows of their last block of steps.
+        """
+        for domain in self.domains:
+            domain.asks_to_end = bool(signal) or self._refused is not None
+        if not self.domains[0].ending:
             return ""
         self.team.agree(self._refused)
         return self.team.first_of(signal or None) or ""

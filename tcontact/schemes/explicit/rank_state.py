@@ -27,6 +27,8 @@ from ...scene.contact_models import MasslessContact
 from ...scene.scene import Scene
 from .rank_stable_step import RankSteps
 from .rank_view import RankView
+from .rewind import Rewind
+from .row_limits import RowLimits
 from .stable_step import StableStep, StableSteps
 from .state import DomainState
 
@@ -67,11 +69,18 @@ class RankState(DomainState):
         self._counted = np.zeros(len(self._counted_at))
         self.exchange = self._add
         self._trouble: tuple[int, str] | None = None
+        self.asks_to_end, self.ending = False, True  # this rank has a signal; some rank may have one
+        self._block: list[Sequence[float]] | None = None  # what is watched, of the rows of a block so far
+        self._lost = False  # this rank has failed in a row of the block
+        self._table: np.ndarray | None = None  # rows of the last block
         self.counts = team.gathered(np.array(len(part.owned))).astype(np.int64)
         contact = self.contact
         self.residual_shares = self._shared_contact()
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
         self._rows = 1 if self._asks else int(team.smallest(len(self._raw)))
+        self._kept: Rewind | None = None
+        if self._rows > 1 and not domain.pairs and not domain.plastic:
+            self._kept = Rewind(self)
         self.touching, self.frees = team.any(self.touching), team.any(self.frees)
         self.views = [RankView(self, number) for number in range(len(part.bodies))]
 
@@ -141,15 +150,47 @@ class RankState(DomainState):
 
     def advance(
         self, kick_before: float, kick_after: float, drift: float, time: float, steps: tuple[float, float],
-        *given: Any, **stop_at: Any,
+        rows: int = 1, **stop_at: Any,
     ) -> int:  # fmt: skip
-        """Advance, see `DomainState.advance`; the ledger counts every node once."""
-        self._kick, self._before = kick_before, steps[0]
-        return super().advance(kick_before, kick_after, drift, time, steps, *given, **stop_at)
+        """Advance, see `DomainState.advance`; the ledger counts every node once.
+
+        The ranks look at the rows of a block behind it. If one of them is beyond the limits, the block is done again
+        up to that row.
+        """
+        self._kick, self._before, self._table = kick_before, steps[0], None
+        given = kick_before, kick_after, drift, time, steps
+        if rows == 1 or self._kept is None:
+            return super().advance(*given, rows, **stop_at)
+        self._kept.keep()
+        done, watched = self._advance_block(*given, rows, **stop_at)
+        found = self._whole_rows(np.cumsum([time, *[steps[1]] * (done - 1)]), watched)
+        limits = RowLimits(**stop_at)
+        calm = [self._within(of_all_ranks(row), limits) for row in np.moveaxis(found, 0, 1)]
+        if not all(calm):
+            self._kept.put_back()
+            self._before, self._table = steps[0], None
+            done, _ = self._advance_block(*given, calm.index(False) + 1, **stop_at)
+        return done
+
+    def _advance_block(self, *given: Any, **stop_at: Any) -> tuple[int, np.ndarray]:
+        """Advance without a look between the rows; return the rows done, and what is watched [w, n] of all but one."""
+        self._block, self._lost = [], False
+        done = super().advance(*given, **stop_at)
+        watched, self._block, self._lost = np.array(self._block), None, False
+        self._pass_over_failed(False)
+        return done, watched
+
+    def _pass_over_failed(self, yes: bool) -> None:
+        """Let shared solves pass over islands whose last one failed, or not."""
+        if self.serial is not None and isinstance(self.serial.copies, SharedSolve):
+            self.serial.copies.passes_over_failed = yes
 
     def _take_row(self, raw: np.ndarray, time: float, steps: tuple[float, float]) -> None:
         """Move the boundary nodes, and note the sums of the row without those of guests."""
         self._before = steps[1]  # the step that ends at the next row
+        if self._lost and self.residual_shares is None:
+            raw[:] = np.nan  # the block is done again up to a row before this one: no solve that cannot end well
+            return
         if self.residual_shares is not None and self.contact is None:  # with contact the serial step does it
             special = arrays.get(self.internal_force.special_force).reshape(-1, 3)
             self.residual_shares.add(special, np.zeros((1, 3)))
@@ -157,11 +198,15 @@ class RankState(DomainState):
         if len(self._guests):
             raw[self._counted_at] -= self._counted
 
-    def _watched(self, raw: np.ndarray) -> Sequence[float]:
-        """Return what decides on all ranks alike whether the steps go on: of the whole domain."""
-        energy, lowest, rate, count, *others = self.team.gathered(np.array(super()._watched(raw))).T
-        sums = float(energy.sum()), float(lowest.min()), float(rate.max()), float(count.sum())
-        return *sums, *(float(one.max()) for one in others)
+    def _calm(self, raw: np.ndarray, limits: RowLimits) -> bool:
+        """Return whether the steps may go on behind a row; within a block they do, and all ranks look behind it."""
+        if self._block is None:
+            return self._within(of_all_ranks(self.team.gathered(np.array(self._watched(raw)))), limits)
+        watched = self._watched(raw)
+        self._block.append(watched)
+        self._lost = self._lost or bool(watched[-1]) or not np.isfinite(watched[0])
+        self._pass_over_failed(True)
+        return True
 
     def forget(self) -> None:
         """Forget all arrays after the last step, when nothing is asked of the state any more."""
@@ -198,17 +243,26 @@ class RankState(DomainState):
 
     def rows(self, times: np.ndarray) -> np.ndarray:
         """Return the measured rows of the whole domain."""
+        if self._table is None:
+            self._whole_rows(times, np.zeros((0, 0)))
+        assert self._table is not None
+        return self._table
+
+    def _whole_rows(self, times: np.ndarray, watched: np.ndarray) -> np.ndarray:
+        """Put the measured rows of all ranks together; return what is watched [w, n] on each of them [ranks, w, n]."""
         table = super().rows(times)
         if self.part.domain.shared is not None and self.contact is not None and self.contact.pairs is not None:
             place = self.layout.place["pair_rebuilds"]
             table[:, place] *= float(self.part.domain.shared.owned.any())  # all ranks of the contact build the rows
         found = None if self.contact is None else self.contact.trouble
-        all_rows = self.team.gathered(np.concatenate([table.ravel(), [float(found is not None)]]))
-        self._trouble = None
-        if all_rows[:, -1].any():
+        flags = [float(found is not None), float(self.asks_to_end)]
+        all_rows = self.team.gathered(np.concatenate([table.ravel(), watched.ravel(), flags]))
+        self._trouble, self.ending = None, bool(all_rows[:, -1].any())
+        if all_rows[:, -2].any():
             own = None if found is None else (self._number_of(found[0]), found[1])
             self._trouble = self.team.first_of(own)
-        return combined([row[:-1].reshape(table.shape) for row in all_rows], self.layout)
+        self._table = combined([row[: table.size].reshape(table.shape) for row in all_rows], self.layout)
+        return all_rows[:, table.size : -2].reshape(self.team.size, *watched.shape)
 
     def _number_of(self, plan: object) -> int:
         return next(number for number, body in enumerate(self.part.bodies) if body.plan is plan)
@@ -234,3 +288,10 @@ class RankState(DomainState):
             for name, size in own.items():
                 found[name] = found.get(name, 0) + size
         return found
+
+
+def of_all_ranks(watched: np.ndarray) -> Sequence[float]:
+    """Return what decides on all ranks alike whether the steps go on, from what each of them watches [ranks, 6]."""
+    energy, lowest, rate, count, *others = watched.T
+    sums = float(energy.sum()), float(lowest.min()), float(rate.max()), float(count.sum())
+    return *sums, *(float(one.max()) for one in others)

@@ -313,7 +313,12 @@ class DomainState:
 
     def _calm(self, raw: np.ndarray, limits: RowLimits) -> bool:
         """Return whether the steps may go on behind a row: it is within the limits, and its static solve converged."""
-        total, lowest, rate, count, turn, trouble = self._watched(raw)
+        return self._within(self._watched(raw), limits)
+
+    @staticmethod
+    def _within(watched: Sequence[float], limits: RowLimits) -> bool:
+        """Return whether what is watched of a row is within the limits."""
+        total, lowest, rate, count, turn, trouble = watched
         within = total <= limits.energy and lowest > limits.jacobian
         within = within and not count > limits.contact_nodes and not rate > limits.viscous_rate
         return bool(within and turn <= limits.rigid_rate and not trouble)
