@@ -78,7 +78,7 @@ def guinan_curve(ep, parameters):
     grown = 1.0 + beta * ep
     free = first * power(grown, exponent)
     zero = 0.0 * ep
-    most = zero + parameters[FIRST + 3]
+    most = zero + ti.max(parameters[FIRST + 3], parameters[FIRST])  # HIGH where the yield is off
     return [ti.min(free, most), ti.select(free < most, exponent * beta * free, zero), grown]
 
 

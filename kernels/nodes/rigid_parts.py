@@ -20,19 +20,25 @@ def drive_body(rigid: ti.template(), body: ti.template(), at, pose, damped: ti.t
     """Move a driven body to a pose; return velocity and angular momentum at the time level, and what drives it.
 
     That is the force [3] and moment [3] with which the leapfrog of a free body leads there. pose: place of the pose of
-    the next time level, which is not read where no step follows.
+    the next time level; where no step follows, of that to which one more step of the same length would lead, with four zeros
+    as rotation if it is not known.
     """
     before, after, drift = body.params[KICK_BEFORE], body.params[KICK_AFTER], body.params[DRIFT]
     velocity, spin = three(rigid.values, at + VELOCITY), three(rigid.values, at + SPIN)
     rate, torque = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
-    if drift > 0.0:
-        moved, turn = three(rigid.values, pose), turn_of(rigid, at)
-        after_turn = ti.Vector([rigid.values[pose + 3 + j] for j in ti.static(range(4))])
+    after_turn = ti.Vector([rigid.values[pose + 3 + j] for j in ti.static(range(4))])
+    step = ti.select(drift > 0.0, drift, 2.0 * before)
+    span = before + ti.select(drift > 0.0, after, before)
+    moved, mean = three(rigid.values, pose), ti.Vector.zero(ti.f64, 3)
+    new, new_spin = velocity, spin
+    if step > 0.0 and after_turn.dot(after_turn) > 0.0:
+        turn = turn_of(rigid, at)
         back = ti.Vector([turn[0], 0.0 - turn[1], 0.0 - turn[2], 0.0 - turn[3]])
-        mean = rotation_vector(joined(after_turn, back)) / drift
-        new = (moved - three(rigid.values, at + MOVED)) / drift
-        new_spin = inertia(rigid, at, turned(turn, 0.5 * drift * mean), mean)
-        rate, torque = (new - velocity) / (before + after), (new_spin - spin) / (before + after)
+        mean = rotation_vector(joined(after_turn, back)) / step
+        new = (moved - three(rigid.values, at + MOVED)) / step
+        new_spin = inertia(rigid, at, turned(turn, 0.5 * step * mean), mean)
+        rate, torque = (new - velocity) / span, (new_spin - spin) / span
+    if drift > 0.0:
         put_three(rigid.values, at + MOVED, moved)
         put_three(rigid.values, at + VELOCITY, new)
         put_three(rigid.values, at + SPIN, new_spin)
@@ -41,6 +47,9 @@ def drive_body(rigid: ti.template(), body: ti.template(), at, pose, damped: ti.t
             rigid.values[at + TURN + j] = after_turn[j]
     mass, gravity = rigid.values[at + MASS], ti.Vector([body.params[GRAVITY + j] for j in ti.static(range(3))])
     now, now_spin = velocity + before * rate, spin + before * torque
+    if drift == 0.0:
+        put_three(rigid.values, at + VELOCITY, now)
+        put_three(rigid.values, at + SPIN, now_spin)
     force = mass * (rate - gravity) - three(rigid.values, at + FORCE)
     moment = torque - three(rigid.values, at + MOMENT)
     if ti.static(damped == "mass-damping"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.errors import FunctionError
 from ..device import arrays
 from ..kernels import rigid_places as at
 from ..kernels.lanes import MAXIMUM_ROWS
@@ -58,9 +59,19 @@ class RigidBodies:
         return MAXIMUM_ROWS if small or not self.driven else 1
 
     def prepare(self, time: float, before: float, after: float, rows: int) -> None:
-        """Write the poses of driven parts for the levels from `time` on, see `Timed`. Raises `FunctionError`."""
-        if after > 0.0:
-            arrays.set_values(self.values, self._poses(np.cumsum([time, *[after] * rows])), self._poses_at)
+        """Write the poses of driven parts for the levels from `time` on, see `Timed`. Raises `FunctionError`.
+
+        After the last row the motion goes on for one more step of the same length; if the function fails there, with
+        the velocity of the step before.
+        """
+        step = after or before
+        try:
+            poses = self._poses(np.cumsum([time, *[step] * rows]))
+        except FunctionError:
+            if after > 0.0:
+                raise
+            poses = np.zeros((rows + 1, len(self.bodies), at.POSE))
+        arrays.set_values(self.values, poses, self._poses_at)
 
     def _poses(self, times: np.ndarray) -> np.ndarray:
         """Return displacement and quaternion [m, bodies, POSE] of the centres of mass at the times [m] [s]."""
