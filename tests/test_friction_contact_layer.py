@@ -318,6 +318,19 @@ def test_a_layer_has_the_coefficient_of_the_obstacle(own, of_scene):
     assert np.array_equal(found.layers[0].temperature, wanted.layers[0].temperature)
 
 
+@pytest.mark.parametrize("removal", ["normal", pytest.param("full", marks=pytest.mark.slow)])
+def test_obstacles_that_press_a_node_together_share_the_limit_of_its_layer(removal):
+    """A plane twice is a plane: the rows of a node have the shear force of its layer together, not each."""
+    scene = sliding(removal, duration=6e-8)
+    once, twice = (simulate(replace(scene, obstacles=scene.obstacles * count), cfl=0.2).history for count in (1, 2))
+    area = np.prod(np.ptp(scene.bodies[0].mesh.nodes, axis=0)[:2])
+    assert -once["contact_force"][-1, 0] < 0.25 * once["contact_force"][-1, 2]  # mu is .3: the layer limits it
+    rounding = 1e-9 if removal == "normal" else 2e-3  # its layers use the stress of the step before
+    for name in ("contact_force", "friction_work", "layer_heat", "layer_temperature_max"):
+        np.testing.assert_allclose(twice[name], once[name], rtol=rounding, atol=rounding * np.abs(once[name]).max())
+    assert -twice["contact_force"][-1, 0] / area < 1.1 * twice["layer_shear_min"][-1]
+
+
 def beside_a_wall(pressure, contact):
     """The block on a floor and at a wall without friction; pressure: on the wall, as a share of that on the floor."""
     mesh = tc.box_mesh((1e-3,) * 3, (2, 1, 2))

@@ -283,3 +283,23 @@ def test_the_rate_of_a_run_is_that_of_its_steps():
     work = np.diff(history["plastic_work"][-40:]) / np.diff(history["plastic_strain_max"][-40:])
     assert work / size**3 == pytest.approx(200e6 * (1.0 + 0.05 * np.log(flow)), rel=5e-3)
     assert flow.mean() == pytest.approx(rate, rel=0.1)
+
+
+def test_the_stable_step_is_that_without_yield_where_the_yield_stress_is_at_its_largest():
+    """Points that have just warmed are above the yield surface: a plastic product gives too long a step."""
+    heat = {"thermal_softening": 3.8e-4, "sharpness": 1e-3, "melting_temperature": 1356.0}
+    laws = (
+        tc.SteinbergGuinan(6.399e8, 1e3, 0.45, largest_yield_stress=6.4e8, **heat),
+        tc.SteinbergGuinan(6.4e8, 1e-9, 1.0, **heat),
+    )
+    supports = [tc.Support(side, side[0]) for side in ("zmin", "xmin", "ymin")]
+    limits = []
+    for law in laws:
+        metal = tc.ElastoPlastic(1.29e11, 0.34, 8930.0, law, specific_heat=383.0)
+        body = tc.Body(
+            tc.box_mesh((0.01,) * 3, (2, 2, 2)), metal, lambda x: 6e4 * x * (0.5, 0.5, -1.0), supports=supports
+        )
+        first = tc.simulate(tc.Scene([body], duration=2e-6), threads=2)
+        assert first.metals["plastic_strain"].min() > 0.05
+        limits.append(tc.simulate(tc.Scene([body], duration=1e-8), initial=first, threads=2).dt_limit)
+    assert limits[0] == pytest.approx(limits[1], rel=1e-3)

@@ -7,7 +7,9 @@ import pytest
 from scenes import simulate
 
 import tcontact as tc
+from tcontact.planning.springs import rates_at_rigid_parts
 from tcontact.results import checks as ck
+from tcontact.run.start_checks import LATE, late_dashpots
 
 RADIUS, INNER, WIDTH = 0.1, 0.06, 0.02
 MIDDLE = np.array([0.0, 0.5 * WIDTH, RADIUS])
@@ -170,3 +172,55 @@ def test_scene_files_keep_rigid_parts(tmp_path):
     plain = tc.Scene(scene.bodies, [], duration=0.01, contact=None)
     with pytest.raises(tc.InputError, match="rigid_parts"):
         tc.simulate(plain, scheme=tc.Midpoint(dt=1e-4))
+
+
+def accelerated(last=np.inf):
+    """Velocity [m/s] at a time, an error after `last` [s]."""
+
+    def velocity(t):
+        if t > last:
+            raise ValueError("unknown there")
+        return (200.0 * t, 0.0, 0.0)
+
+    return velocity
+
+
+def test_the_last_row_of_a_driven_part_is_that_of_a_driven_support():
+    """Reaction with inertia, velocity, work and energy, although no step follows; nothing where time ends there."""
+    scheme, found = tc.CentralDifference(dt=2e-4), {}
+    held = {
+        "part": {"rigid_parts": [tc.RigidPart("zmax", driven=True, velocity=accelerated())]},
+        "support": {"supports": [tc.Support("zmax", "xyz", velocity=accelerated())]},
+        "ending": {"rigid_parts": [tc.RigidPart("zmax", driven=True, velocity=accelerated(4.00001e-3))]},
+    }
+    for name, one in held.items():
+        block = tc.Body(tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2)), tc.NeoHookean(1e6, 0.3, 1000.0), **one)
+        found[name] = tc.simulate(tc.Scene([block], duration=4e-3), scheme=scheme)
+    part, support, ending = (found[name] for name in held)
+    for name in ("support_force", "kinetic", "external_work", "momentum", "energy"):
+        np.testing.assert_allclose(part.history[name], support.history[name], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(part.velocity, support.velocity, rtol=1e-9, atol=1e-12)
+    assert ending.ok
+    np.testing.assert_allclose(ending.position, support.position, rtol=1e-12, atol=1e-12)
+
+
+def test_a_strong_dashpot_at_a_rigid_part_is_warned_of():
+    """c W dt with W = 1/M along the axes: a dashpot at the centre of a part that turns about it as little as it may."""
+    dt, damping = 1e-4, 500.0
+    part = tc.RigidPart("zmax", mass=5.0)
+    block = tc.Body(
+        tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2)), tc.NeoHookean(1e6, 0.3, 1000.0), rigid_parts=[part],
+        springs=[tc.Spring("zmax", 1.0, damping=damping)],
+    )  # fmt: skip
+    domain = tc.plan(tc.Scene([block], duration=1e-3)).domains[0]
+    [(label, rate)] = rates_at_rigid_parts(domain).items()
+    [planned] = domain.rigid
+    centred = np.isclose(np.abs(np.mean(planned.arms, axis=0)).max(), 0.0, atol=1e-12)
+    assert rate == pytest.approx(damping / planned.mass, rel=1e-9) or not centred
+    assert rate >= damping / planned.mass * (1.0 - 1e-12)
+    assert list(late_dashpots([domain], 0.5 * LATE / rate)) == []
+    [text] = late_dashpots([domain], 20.0 * LATE / rate)
+    assert label in text
+    assert "smaller dt" in text
+    with pytest.warns(RuntimeWarning, match="half a step late"):
+        tc.simulate(tc.Scene([block], duration=10 * dt), scheme=tc.CentralDifference(dt=2.0 * LATE / rate))

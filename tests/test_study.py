@@ -289,6 +289,14 @@ def test_the_forecast_of_a_run_goes_with_cells_times_steps(dimensions, times):
     assert runner._forecast(3.0, row, 8, 0.45) == pytest.approx(6.0)
 
 
+def test_a_measure_whose_exact_value_is_one_counts_by_its_distance_from_that():
+    assert pareto.error_of("force_variation", 1.05) == pytest.approx(0.05)
+    assert pareto.error_of("force_error", 1.05) == 1.05
+    values = {"method": "good", "size": 1, "cfl": 0.9, "energy_error": 0.0, "ok": True, "failure": "", "wall_s": 1.0}
+    best = pareto.best([values | {"errors": {"touches": 1.0, "force_error": 0.2}}], "touches")
+    assert best[-1]["level"] == min(pareto.LEVELS)
+
+
 def test_pareto_names_the_cheapest_run_of_each_level():
     def row(method, wall, error, failure=""):
         values = {"size": 1, "cfl": 0.9, "energy_error": 0.0, "ok": True, "failure": failure}

@@ -74,6 +74,22 @@ def friction_cone(rows: ti.template(), r, pressing):
 
 
 @ti.func
+def pressing_of(rows: ti.template(), k):
+    """Return the normal forces [slots] [N] of node k."""
+    slots = ti.static(rows.options.slots)
+    return [number_of(rows, k * slots + p, rows.at.pressing) for p in ti.static(range(slots))]
+
+
+@ti.func
+def sum_of_cones(rows: ti.template(), k, pressing: ti.template()):
+    """Sum the largest friction [N] of every row of node k for the normal forces [slots] [N]."""
+    total = 0.0
+    for p in ti.static(range(rows.options.slots)):
+        total += friction_cone(rows, k * ti.static(rows.options.slots) + p, ti.max(pressing[p], 0.0))
+    return total
+
+
+@ti.func
 def sum_of_rows(rows: ti.template(), k, place: ti.template()):
     """Sum three numbers of every row of node k."""
     slots = ti.static(rows.options.slots)

@@ -170,6 +170,15 @@ def node_place(k, number: ti.template()):
 
 
 @ti.func
+def layer_limit(contact: ti.template(), k, cone, cones):
+    """Return the largest friction [N] of a row of node k with its cone [N] and the shear force of the layer.
+
+    cones: sum of those of all rows of the node, which share the shear force in proportion.
+    """
+    return ti.min(cone, contact.friction[node_place(k, LIMIT)] * (cone / ti.max(cones, 1e-300)))
+
+
+@ti.func
 def add_work(contact: ti.template(), before):
     """Add work [J] of friction up to the time level, which every thread knows."""
     if leader(contact) == 1:

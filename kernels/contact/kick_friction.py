@@ -17,11 +17,19 @@ from ..language.entries import row
 from ..language.threads import item, leader, over_threads, put_sums, turns
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
-from .constraint_rows import friction_cone, normal_of, number_of, set_vector, vector_of, velocity_of
+from .constraint_rows import (
+    friction_cone,
+    normal_of,
+    number_of,
+    pressing_of,
+    set_vector,
+    sum_of_cones,
+    vector_of,
+    velocity_of,
+)
 from .free_obstacles import begin_free_friction, point_mobility, press_free, wall_acceleration
 from .friction import (
     FORCE,
-    LIMIT,
     MEAN_SPEED,
     MOBILITY,
     SLIP_SPEED,
@@ -29,6 +37,7 @@ from .friction import (
     WORK,
     add_work,
     friction_force,
+    layer_limit,
     node_place,
     tangents,
 )
@@ -180,7 +189,7 @@ def kick_friction_node(
                     slip = across @ relative
                     limit = friction_cone(rows, r, pressing)
                     if ti.static(contact.options.layered):
-                        limit = ti.min(limit, contact.friction[node_place(k, LIMIT)])
+                        limit = layer_limit(contact, k, limit, sum_of_cones(rows, k, pressing_of(rows, k)))
                     if ti.static(contact.options.static_friction):
                         there = vector_of(rows, k * slots + p, rows.at.traction)
                         limit = ti.sqrt(ti.max(0.0, limit * limit - there.dot(there)))

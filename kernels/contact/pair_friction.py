@@ -18,16 +18,25 @@ from ..language.threads import leader, meet
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
 from ..pair_places import FIRST_ENTRY, MASTERS, NODE_ROW, ROWS, SLAVES, VELOCITIES
-from .constraint_rows import friction_cone, normal_of, number_of, set_vector, vector_of, velocity_of
+from .constraint_rows import (
+    friction_cone,
+    normal_of,
+    number_of,
+    pressing_of,
+    set_vector,
+    sum_of_cones,
+    vector_of,
+    velocity_of,
+)
 from .friction import (
     FORCE,
-    LIMIT,
     MEAN_SPEED,
     MOBILITY,
     SLIP_SPEED,
     SPEED,
     WORK,
     friction_force,
+    layer_limit,
     node_place,
     tangents,
 )
@@ -129,7 +138,8 @@ def limit_of(contact: ti.template(), rows: ti.template(), row_number):
     """Return the largest friction [N] that a row can transmit."""
     limit = friction_cone(rows, row_number, number_of(rows, row_number, rows.at.pressing))
     if ti.static(contact.options.layered):
-        limit = ti.min(limit, contact.friction[node_place(row_number // ti.static(contact.options.slots), LIMIT)])
+        k = row_number // ti.static(contact.options.slots)
+        limit = layer_limit(contact, k, limit, sum_of_cones(rows, k, pressing_of(rows, k)))
     return limit
 
 

@@ -20,8 +20,8 @@ def drive_body(rigid: ti.template(), body: ti.template(), at, pose, damped: ti.t
     """Move a driven body to a pose; return velocity and angular momentum at the time level, and what drives it.
 
     That is the force [3] and moment [3] with which the leapfrog of a free body leads there. pose: place of the pose of
-    the next time level; where no step follows, of that to which one more step of the same length would lead, with four zeros
-    as rotation if it is not known.
+    the next time level; where no step follows, of that to which one more step of the same length would lead, with four
+    zeros as rotation if it is not known.
     """
     before, after, drift = body.params[KICK_BEFORE], body.params[KICK_AFTER], body.params[DRIFT]
     velocity, spin = three(rigid.values, at + VELOCITY), three(rigid.values, at + SPIN)

@@ -210,7 +210,7 @@ def massless_load_node(
             force = pressing[p] * normal_of(rows, r)
             if ti.static(contact.options.static_friction):
                 friction = vector_of(rows, k * slots + p, rows.at.traction)
-                off = ti.max(off, friction.norm() - friction_limit(contact, rows, k, r, pressing[p]))
+                off = ti.max(off, friction.norm() - friction_limit(contact, rows, k, p, pressing))
                 force += friction
             energy += 0.5 * contact.compliance[k] * pressing[p] * pressing[p]
         elif ti.static(contact.options.static_friction):

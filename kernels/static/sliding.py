@@ -12,6 +12,7 @@ from ..contact.constraint_rows import (
     number_of,
     set_number,
     set_vector,
+    sum_of_cones,
     sum_of_rows,
     vector_of,
     velocity_of,
@@ -26,6 +27,7 @@ from ..contact.friction import (
     add_work,
     friction_force,
     friction_from,
+    layer_limit,
     node_place,
     tangents,
 )
@@ -163,11 +165,11 @@ def friction_cap(contact: ti.template(), rows: ti.template(), k, r):
 
 
 @ti.func
-def friction_limit(contact: ti.template(), rows: ti.template(), k, r, pressing):
-    """Return the largest friction force [N] that row r of node k can transmit."""
-    limit = friction_cone(rows, r, pressing)
+def friction_limit(contact: ti.template(), rows: ti.template(), k, p, pressing: ti.template()):
+    """Return the largest friction force [N] that row p of node k can transmit; pressing [slots] [N]: of its rows."""
+    limit = friction_cone(rows, k * ti.static(contact.options.slots) + p, pressing[p])
     if ti.static(contact.options.layered):
-        limit = ti.min(limit, contact.friction[node_place(k, LIMIT)])
+        limit = layer_limit(contact, k, limit, sum_of_cones(rows, k, pressing))
     return limit
 
 
@@ -187,7 +189,7 @@ def measure_slip(
     for p in ti.static(range(slots)):
         r = k * slots + p
         friction = vector_of(rows, k * slots + p, rows.at.traction)
-        excess = ti.max(excess, friction.norm() - friction_limit(contact, rows, k, r, pressing[p]))
+        excess = ti.max(excess, friction.norm() - friction_limit(contact, rows, k, p, pressing))
         set_vector(rows, k * slots + p, rows.at.slip, slip_of(body, boundary, contact, rows, coupling, k, r))
     return excess
 
@@ -226,7 +228,7 @@ def solve_single_row(
                 pressing = 0.5 * (low + high)
             else:
                 pressing = 2.0 * ti.max(pressing, (0.0 - gap) / compliance)
-            limit = friction_limit(contact, rows, k, k, pressing)
+            limit = friction_limit(contact, rows, k, 0, [pressing])
             there_now = slip + pressing * coupling
             friction, shift = friction_from(contact.options.friction, mobility, there_now, limit, scale, shift)
             after = gap + coupling.dot(friction) + compliance * pressing
@@ -285,7 +287,7 @@ def solve_several_rows(
             d = d - flexible @ (there.transpose() @ friction)
             slip = across @ vector_of(rows, k * slots + p, rows.at.slip) + there @ d
             mobility = there @ flexible @ there.transpose()
-            limit = friction_limit(contact, rows, k, k * slots + p, pressing[p])
+            limit = friction_limit(contact, rows, k, p, pressing)
             friction = friction_force(contact.options.friction, mobility, slip, limit, scale)
             d += flexible @ (there.transpose() @ friction)
             set_vector(rows, k * slots + p, rows.at.traction, across.transpose() @ friction)

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.errors import InputError
+from ..kernels.rigid_places import FREE
 from ..scene.scene import Scene
 from ..scene.springs import SceneSpring
 from .body_plan import ContactPlan
@@ -78,3 +79,28 @@ def spring_rates(domain: Any) -> dict[int, float]:
             inverse[end.nodes] = 1.0 / end.mass
     largest = float(np.linalg.eigvalsh(np.einsum("is,s,js->ij", weights, inverse, weights)).max())
     return {number: largest for spring in domain.springs for number in spring.bodies}
+
+
+def rates_at_rigid_parts(domain: Any) -> dict[str, float]:
+    """Return c W [1/s] of the dashpots at rigid parts that move freely, by the label of the spring.
+
+    W: largest motion of a rigid part per unit impulse of the dashpot, (sum w)^2/M + |a x ..|^2/I with the arms a.
+    """
+    found: dict[str, float] = {}
+    for spring in domain.springs:
+        signs = [1.0 - 2.0 * number for number, end in enumerate(spring.ends) if end.body is not None]
+        ends = list(zip(signs, planned_ends(domain, spring), strict=True)) if spring.spring.damping > 0.0 else []
+        for part in (one for one in domain.rigid if one.kind == FREE and len(one.nodes)):
+            row = np.full(len(domain.boundary), -1)
+            row[part.nodes] = np.arange(len(part.nodes))
+            share, arm = 0.0, np.zeros(3)
+            for sign, end in ends:
+                here = row[end.nodes] >= 0
+                share += sign * float(end.weights[here].sum())
+                arm += sign * end.weights[here] @ np.asarray(part.arms)[row[end.nodes[here]]]
+            across = np.cross(np.eye(3), arm)
+            soft = share**2 / part.mass * np.eye(3) + across @ np.linalg.solve(part.inertia, across.T)
+            rate = spring.spring.damping * float(np.linalg.eigvalsh(0.5 * (soft + soft.T)).max())
+            if rate > 0.0:
+                found[spring.label] = max(rate, found.get(spring.label, 0.0))
+    return found

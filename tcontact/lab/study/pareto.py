@@ -9,10 +9,16 @@ LEVELS = tuple(round(m * 10.0**-k, 12) for k in range(7) for m in (1.0, 0.5, 0.2
 
 
 KEYS = ("method", "size", "cfl")  # what tells runs of a study apart
+IDEALS = {"force_variation": 1.0, "total_variation": 1.0, "touches": 1.0}  # measures that are no errors: exact values
+
+
+def error_of(name: str, value: float) -> float:
+    """Return the error of a number of a study: the number itself, or its distance from the exact value."""
+    return abs(value - IDEALS[name]) if name in IDEALS else value
 
 
 def best(rows: Sequence[Mapping[str, Any]], error: str, keys: Sequence[str] = KEYS) -> list[dict[str, Any]]:
-    """Return the cheapest run with an `error` at or below each level, down to the last level reached.
+    """Return the cheapest run with an `error` (`error_of`) at or below each level, down to the last level reached.
 
     A run that failed (stopped, changed its energy by more than a tenth, or is wrong by the whole solution) is no
     candidate, however small its error. keys: what tells runs apart.
@@ -20,7 +26,7 @@ def best(rows: Sequence[Mapping[str, Any]], error: str, keys: Sequence[str] = KE
     runs = [row for row in rows if row.get("ok") and not row.get("failure") and error in row.get("errors", {})]
     found: list[dict[str, Any]] = []
     for level in sorted(set(LEVELS), reverse=True):
-        able = [row for row in runs if row["errors"][error] <= level]
+        able = [row for row in runs if error_of(error, row["errors"][error]) <= level]
         if not able:
             break
         row = min(able, key=lambda row: row["wall_s"])

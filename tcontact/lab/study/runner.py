@@ -117,8 +117,11 @@ def _one(study: Study, chosen: Method, size: int, cfl: float, reference: Any) ->
         change = result.history["energy"] - result.history["energy"][0]
         way = "gained" if change[np.argmax(np.abs(change))] > 0.0 else "lost"
         row["failure"] = f"finished, but {way} {100 * row['energy_error']:.0f} % of the energy"
-    elif not found[study.shown] <= WRONG:
-        row["failure"] = f"finished, but with a {study.shown.replace('_', ' ')} of {100 * found[study.shown]:.0f} %"
+    elif not pareto.error_of(study.shown, found[study.shown]) <= WRONG:
+        value, name = found[study.shown], study.shown.replace("_", " ")
+        exact = pareto.IDEALS.get(study.shown)
+        said = f"{100 * value:.0f} %" if exact is None else f"{value:.3g} instead of {exact:g}"
+        row["failure"] = f"finished, but with a {name} of {said}"
     return row
 
 

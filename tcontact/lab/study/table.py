@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...device.atomic_file import unlinked
-from .pareto import changes
+from .pareto import IDEALS, changes
 
 NOT_RUN = "not run: over the budget, or interrupted"
 COLUMNS = ("method", "size", "cfl", "dt", "steps", "wall_s", "cell_updates", "compile_s", "memory_bytes")
@@ -32,11 +32,12 @@ def lines(report: Mapping[str, Any]) -> list[str]:
     """Return the table: every run, the best method per level, the failures."""
     reference = report["reference"]
     made = f", made {reference['made']}" if "made" in reference else ""
-    main = report["error"].removesuffix("_error").replace("_", " ")
+    exact = IDEALS.get(report["error"])
+    main = report["error"].removesuffix("_error").replace("_", " ") + (" error" if exact is None else "")
     found = [
         f"{report['case']}: errors against {reference['what']}{made}",
         "",
-        f"  {'method':<22} {'size':>5} {'cfl':>5} {'steps':>7} {'wall':>9} {main + ' error':>14} {'energy':>8}"
+        f"  {'method':<22} {'size':>5} {'cfl':>5} {'steps':>7} {'wall':>9} {main:>14} {'energy':>8}"
         f" {'Mcell/s':>8} {'MB':>6} {'compile':>8}",
     ]
     for row in report["rows"]:
@@ -51,7 +52,7 @@ def lines(report: Mapping[str, Any]) -> list[str]:
             f" {row['compile_s']:>6.2f} s{'  *' if row['failure'] else ''}"
         )
     if report["pareto"].get(report["error"]):
-        found += ["", f"  cheapest for a {main} error of"]
+        found += ["", f"  cheapest for a {main}" + (" of" if exact is None else f" that differs from {exact:g} by")]
         found += [
             f"    <= {best['level']:<7g} {best['method']} (size {best['size']}, cfl {best['cfl']:g}):"
             f" {best['wall_s']:.3g} s, energy error {_short(best['energy_error'])}"

@@ -103,7 +103,9 @@ def cut_beside(
     beside its cells, in passes of a cell. Raises `InputError` if too few cells are left for the other ranks,
     `ImportError` without pymetis.
     """
-    _check_room(count, ranks, together, "touch contact faces, supports or loads")
+    _check_room(
+        count, ranks, together, "touch contact faces, periodic sides, supports, loads, springs, rigid parts or probes"
+    )
     if ranks == 1:
         return np.zeros(count, dtype=np.int64)
     if not len(together):
