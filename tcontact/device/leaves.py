@@ -17,8 +17,7 @@ from .launch import Prepared
 
 # written in every step before it is read
 SCRATCH = ("trial", "answer", "_scratch", "raw", "_raw", "_parts", "corner_forces", "partial_sums", "ledger", "_kept",
-           "_builds", "_table", "_next_looks",
-           "lists", "_of_lists", "_bundles")  # fmt: skip
+           "_builds", "_table", "_next_looks", "lists", "_of_lists", "_bundles")  # fmt: skip
 PLAIN = (bool, int, float, str, type(None))
 
 

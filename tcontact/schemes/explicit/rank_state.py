@@ -78,9 +78,8 @@ class RankState(DomainState):
         self.residual_shares = self._shared_contact()
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
         self._rows = 1 if self._asks else int(team.smallest(len(self._raw)))
-        self._kept: Rewind | None = None
-        if self._rows > 1 and not domain.pairs and not domain.plastic:
-            self._kept = Rewind(self)
+        one_by_one = team.any(bool(domain.pairs) or domain.plastic)  # of other bodies, on other ranks too
+        self._kept = None if one_by_one or self._rows == 1 else Rewind(self)
         self.touching, self.frees = team.any(self.touching), team.any(self.frees)
         self.views = [RankView(self, number) for number in range(len(part.bodies))]
 
