@@ -27,8 +27,8 @@ FRICTION_NODE = 9  # numbers of friction per contact node (friction.py)
 FRICTION_LAW = 6
 JUMP, DECAY, SHEAR_LIMIT, TABLE, SPEEDS, PRESSURES = range(FRICTION_LAW)
 DRIVEN_AXIS = 4  # numbers of an axis that a function of time drives, at a level (driven_supports.py)
-# numbers of all springs, of one and of a node at its end (springs.py)
-SPRING_HEAD, SPRING_NUMBERS, SPRING_ENTRY = 3, 26, 2
+# numbers of all springs, of one, of a node at its end and of a rigid part that carries some of these (springs.py)
+SPRING_HEAD, SPRING_NUMBERS, SPRING_ENTRY, SPRING_CARRIER = 4, 28, 3, 5
 MAXIMUM_SLOTS = 3  # obstacles that can be in contact with one node at a time
 # places in `params`: kicks and drift [s], gravity [m/s^2] (3), constants of the damping law (4), 1 if boundary nodes
 # move like ordinary ones (products), number of massless nodes, number of chunks, length of the step that ends at the

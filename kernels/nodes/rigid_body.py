@@ -20,8 +20,6 @@ from ..rigid_places import (
     MEAN_SPIN,
     MOMENT,
     MOVED,
-    POSE,
-    POSES_AT,
     PRESCRIBED,
     SPIN,
     SUMS_AT,
@@ -29,7 +27,7 @@ from ..rigid_places import (
     VELOCITY,
 )
 from .damping import damped_acceleration
-from .rigid_parts import drive_body
+from .rigid_parts import drive_body, pose_of
 from .rigid_record import body_count, inverse_inertia, kind_of, position_of, record_of, turn_of
 from .rotations import rotation_vector, turned
 
@@ -38,16 +36,24 @@ SAME = 1e-16  # change of the angular velocity at which they end
 
 
 @ti.func
-def kick_body(rigid: ti.template(), body: ti.template(), at, damped: ti.template()):
-    """Kick velocity and angular momentum of a free body; return both at the time level."""
-    before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
+def free_rates(rigid: ti.template(), body: ti.template(), at, force, moment, damped: ti.template()):
+    """Return the rates of velocity and angular momentum of a free body in the kick by force and moment on it."""
     velocity, spin = three(rigid.values, at + VELOCITY), three(rigid.values, at + SPIN)
-    force, moment = three(rigid.values, at + FORCE), three(rigid.values, at + MOMENT)
     rate, torque = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
     for j in ti.static(range(3)):
         undamped = rigid.values[at + INVERSE_MASS] * force[j] + body.params[GRAVITY + j]
         rate[j] = damped_acceleration(damped, body, undamped, velocity[j])
         torque[j] = damped_acceleration(damped, body, moment[j], spin[j])
+    return rate, torque
+
+
+@ti.func
+def kick_body(rigid: ti.template(), body: ti.template(), at, damped: ti.template()):
+    """Kick velocity and angular momentum of a free body; return both at the time level."""
+    before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
+    velocity, spin = three(rigid.values, at + VELOCITY), three(rigid.values, at + SPIN)
+    force, moment = three(rigid.values, at + FORCE), three(rigid.values, at + MOMENT)
+    rate, torque = free_rates(rigid, body, at, force, moment, damped)
     put_three(rigid.values, at + VELOCITY, velocity + (before + after) * rate)
     put_three(rigid.values, at + SPIN, spin + (before + after) * torque)
     return velocity + before * rate, spin + before * torque
@@ -95,8 +101,7 @@ def move_bodies(rigid: ti.template(), body: ti.template(), level, damped: ti.tem
                 if body.params[DRIFT] != 0.0:
                     drift_body(rigid, at, body.params[DRIFT])
             elif ti.static(rigid.tied):
-                pose = int(rigid.values[POSES_AT]) + POSE * (body_count(rigid) * level + p)
-                velocity, spin, force, moment = drive_body(rigid, body, at, pose, damped)
+                velocity, spin, force, moment = drive_body(rigid, body, at, pose_of(rigid, p, level), damped)
                 support[SUPPORT.support_power] += moment.dot(inverse_inertia(rigid, at, turn, spin))
                 for j in ti.static(range(3)):
                     support[SUPPORT.support_force + j] += force[j]

@@ -10,18 +10,36 @@ hold as for supports.
 from ..engine import ti
 from ..lanes import DAMPING, DRIFT, GRAVITY, KICK_AFTER, KICK_BEFORE
 from ..language.entries import put_three, row, three
-from ..rigid_places import ARMS_AT, FORCE, MASS, MEAN_SPIN, MOMENT, MOVED, SPIN, START, TURN, VELOCITY
+from ..rigid_places import (
+    ARMS_AT,
+    FORCE,
+    MASS,
+    MEAN_SPIN,
+    MOMENT,
+    MOVED,
+    POSE,
+    POSES_AT,
+    SPIN,
+    START,
+    TURN,
+    VELOCITY,
+)
 from .rigid_record import angular_velocity, body_count, inertia, record_of, turn_of
 from .rotations import joined, matrix_of, rotation_vector, turned
 
 
 @ti.func
-def drive_body(rigid: ti.template(), body: ti.template(), at, pose, damped: ti.template()):
-    """Move a driven body to a pose; return velocity and angular momentum at the time level, and what drives it.
+def pose_of(rigid: ti.template(), p, level):
+    """Return where the pose of body p at a time level of the launch begins."""
+    return int(rigid.values[POSES_AT]) + POSE * (body_count(rigid) * level + p)
 
-    That is the force [3] and moment [3] with which the leapfrog of a free body leads there. pose: place of the pose of
-    the next time level; where no step follows, of that to which one more step of the same length would lead, with four
-    zeros as rotation if it is not known.
+
+@ti.func
+def driven_rates(rigid: ti.template(), body: ti.template(), at, pose):
+    """Return velocity, angular momentum and mean spin [3] after the kick of a driven body, and their rates in it.
+
+    They lead to the pose, which stands at the place `pose`: that of the next time level; where no step follows, that to
+    which one more step of the same length would lead, with four zeros as rotation if it is not known.
     """
     before, after, drift = body.params[KICK_BEFORE], body.params[KICK_AFTER], body.params[DRIFT]
     velocity, spin = three(rigid.values, at + VELOCITY), three(rigid.values, at + SPIN)
@@ -38,13 +56,25 @@ def drive_body(rigid: ti.template(), body: ti.template(), at, pose, damped: ti.t
         new = (moved - three(rigid.values, at + MOVED)) / step
         new_spin = inertia(rigid, at, turned(turn, 0.5 * step * mean), mean)
         rate, torque = (new - velocity) / span, (new_spin - spin) / span
+    return new, new_spin, mean, rate, torque
+
+
+@ti.func
+def drive_body(rigid: ti.template(), body: ti.template(), at, pose, damped: ti.template()):
+    """Move a driven body to a pose; return velocity and angular momentum at the time level, and what drives it.
+
+    That is the force [3] and moment [3] with which the leapfrog of a free body leads there; pose: see `driven_rates`.
+    """
+    before, drift = body.params[KICK_BEFORE], body.params[DRIFT]
+    velocity, spin = three(rigid.values, at + VELOCITY), three(rigid.values, at + SPIN)
+    new, new_spin, mean, rate, torque = driven_rates(rigid, body, at, pose)
     if drift > 0.0:
-        put_three(rigid.values, at + MOVED, moved)
+        put_three(rigid.values, at + MOVED, three(rigid.values, pose))
         put_three(rigid.values, at + VELOCITY, new)
         put_three(rigid.values, at + SPIN, new_spin)
         put_three(rigid.values, at + MEAN_SPIN, mean)
         for j in ti.static(range(4)):
-            rigid.values[at + TURN + j] = after_turn[j]
+            rigid.values[at + TURN + j] = rigid.values[pose + 3 + j]
     mass, gravity = rigid.values[at + MASS], ti.Vector([body.params[GRAVITY + j] for j in ti.static(range(3))])
     now, now_spin = velocity + before * rate, spin + before * torque
     if drift == 0.0:
@@ -59,6 +89,19 @@ def drive_body(rigid: ti.template(), body: ti.template(), at, pose, damped: ti.t
 
 
 @ti.func
+def gathered_forces(rigid: ti.template(), body: ti.template(), boundary: ti.template(), p):
+    """Return force and moment on body p of its tied nodes."""
+    turn = matrix_of(turn_of(rigid, record_of(p)))
+    force, moment = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
+    for t in range(rigid.ties[p], rigid.ties[p + 1]):
+        s = tied_node(rigid, t)
+        part = row(body.special_force, s) - row(boundary.load, s)
+        force = force - part
+        moment = moment - (turn @ arm_of(rigid, t)).cross(part)
+    return force, moment
+
+
+@ti.func
 def gather_forces(rigid: ti.template(), body: ti.template(), boundary: ti.template()):
     """Set force and moment on every body with tied nodes to those of its nodes.
 
@@ -66,13 +109,7 @@ def gather_forces(rigid: ti.template(), body: ti.template(), boundary: ti.templa
     """
     for p in range(body_count(rigid)):
         at = record_of(p)
-        turn = matrix_of(turn_of(rigid, at))
-        force, moment = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
-        for t in range(rigid.ties[p], rigid.ties[p + 1]):
-            s = tied_node(rigid, t)
-            part = row(body.special_force, s) - row(boundary.load, s)
-            force = force - part
-            moment = moment - (turn @ arm_of(rigid, t)).cross(part)
+        force, moment = gathered_forces(rigid, body, boundary, p)
         if rigid.ties[p + 1] > rigid.ties[p]:
             put_three(rigid.values, at + FORCE, force)
             put_three(rigid.values, at + MOMENT, moment)

@@ -8,23 +8,27 @@ the rate at the time level, r^n = r* - k0 W F_c with r* before its own force F_c
 ends, so that x = P r^n follows from (1 + k0 c P W P) x = P r* (for a node: that of damping.py). In the first row, where
 k0 = 0, k1 takes its place. Springs that share nodes repeat this in turns.
 
-As arguments of a kernel are few, the numbers of springs stand behind the mass tensors in `boundary.mass`: three
-numbers; for each spring those below; for each entry its boundary node and weight.
+Nodes that rigid parts carry move with these (carried_springs.py).
+
+As arguments of a kernel are few, the numbers of springs stand behind the mass tensors in `boundary.mass`: four numbers;
+for each spring those below; for each entry its boundary node, its weight, and 1 where a rigid part carries it; for each
+carrier the number of the rigid body, s and a_0.
 """
 
 from ..columns import SPRING, SPRING_SUMS
 from ..engine import ti
-from ..lanes import KICK_AFTER, KICK_BEFORE, SPRING_ENTRY, SPRING_HEAD, SPRING_NUMBERS
+from ..lanes import KICK_AFTER, KICK_BEFORE, SPRING_CARRIER, SPRING_ENTRY, SPRING_HEAD, SPRING_NUMBERS
 from ..language.entries import put_three, row, three
 from ..language.threads import item, leader, meet, over_threads, turns
 from .boundary_nodes import symmetric
+from .carried_springs import carried_rate
 from .damping import damped_response
 
-COUNT, ROUNDS, SUMS_PLACE = range(SPRING_HEAD)  # springs; most turns of dashpots; first of the sums
+COUNT, ROUNDS, SUMS_PLACE, CARRIERS_AT = range(SPRING_HEAD)  # springs; most turns of dashpots; first sum; carriers
 # 1 if it acts along axes; first entry of end A, of end B, behind end B; k, c, l; axes (0 or 1); q_0 of both ends; d_0;
-# elastic force on A, its energy; force of the dashpot on A
+# elastic force on A, its energy; force of the dashpot on A; first carrier, behind the last one
 ALONG_AXES, FIRST_A, FIRST_B, LAST_B, STIFFNESS, DAMPING, LENGTH, AXES = 0, 1, 2, 3, 4, 5, 6, 7
-PLACE_A, PLACE_B, REST, ELASTIC, ENERGY, RESISTING = 10, 13, 16, 19, 22, 23
+PLACE_A, PLACE_B, REST, ELASTIC, ENERGY, RESISTING, FIRST_CARRIER, LAST_CARRIER = 10, 13, 16, 19, 22, 23, 26, 27
 CHANGE = 1e-13  # change of the forces of dashpots over their size at which turns end
 
 
@@ -48,9 +52,9 @@ def whole(boundary: ti.template(), i, which):
 
 @ti.func
 def entry_of(boundary: ti.template(), entry):
-    """Return boundary node and weight of an entry."""
+    """Return boundary node and weight of an entry, and 1 where a rigid part carries the node."""
     place = place_of(boundary, head(boundary, COUNT)) + SPRING_ENTRY * entry
-    return int(boundary.mass[place]), boundary.mass[place + 1]
+    return int(boundary.mass[place]), boundary.mass[place + 1], boundary.mass[place + 2]
 
 
 @ti.func
@@ -63,7 +67,7 @@ def vector_between(body: ti.template(), boundary: ti.template(), contact: ti.tem
     first = whole(boundary, i, FIRST_A)
     for turn in range(turns(contact, whole(boundary, i, LAST_B) - first)):
         entry = first + item(contact, turn)
-        s, weight = entry_of(boundary, entry)
+        s, weight, _carried = entry_of(boundary, entry)
         sign = ti.select(entry < whole(boundary, i, FIRST_B), -weight, weight)
         vector += sign * row(body.u, boundary.nodes[s])
     total = over_threads(contact, [vector[j] for j in range(3)], ("sum",) * 3)
@@ -87,7 +91,7 @@ def pull(body: ti.template(), boundary: ti.template(), contact: ti.template(), i
     for end in ti.static(range(2)):
         first = whole(boundary, i, ti.static(FIRST_A + end))
         for turn in range(turns(contact, whole(boundary, i, ti.static(FIRST_A + end + 1)) - first)):
-            s, weight = entry_of(boundary, first + item(contact, turn))
+            s, weight, _carried = entry_of(boundary, first + item(contact, turn))
             sign = ti.static(1.0 - 2.0 * end) * weight
             for j in ti.static(range(3)):
                 body.special_force[3 * s + j] = body.special_force[3 * s + j] - sign * force[j]
@@ -95,19 +99,25 @@ def pull(body: ti.template(), boundary: ti.template(), contact: ti.template(), i
 
 
 @ti.func
-def rate_between(body: ti.template(), boundary: ti.template(), contact: ti.template(), i, damped: ti.template()):
-    """Return r of spring i before the kick, its change per second of kick with the present forces, and W."""
+def rate_between(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rigid: ti.template(), level, i,
+    damped: ti.template(), damped_parts: ti.template(),
+):  # fmt: skip
+    """Return r of spring i before the kick, its change per second of kick with the present forces, and W.
+
+    damped, damped_parts: damping of nodes and of rigid parts that these forces do not hold; level: see `move_bodies`.
+    """
     rate, change = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
     flexible = ti.Matrix.zero(ti.f64, 3, 3)
     first = whole(boundary, i, FIRST_A)
     for turn in range(turns(contact, whole(boundary, i, LAST_B) - first)):
         entry = first + item(contact, turn)
-        s, weight = entry_of(boundary, entry)
+        s, weight, carried = entry_of(boundary, entry)
         sign = ti.select(entry < whole(boundary, i, FIRST_B), -weight, weight)
         velocity, inverse = row(body.v, boundary.nodes[s]), symmetric(boundary.inverse_mass, s)
         net = row(boundary.load, s) - row(body.special_force, s)
         net, inverse = damped_response(damped, body, symmetric(boundary.mass, s), velocity, net, inverse)
-        rate += sign * velocity
+        rate += (1.0 - carried) * sign * velocity
         change += sign * (inverse @ net)
         flexible += weight * weight * inverse
     if ti.static(contact.options.threads > 1):
@@ -118,12 +128,26 @@ def rate_between(body: ti.template(), boundary: ti.template(), contact: ti.templ
             rate[j], change[j] = total[j], total[3 + j]
             for k in ti.static(range(3)):
                 flexible[j, k] = soft[3 * j + k]
+    if ti.static(rigid.tied):
+        begin = 6 * boundary.nodes.shape[0] + head(boundary, CARRIERS_AT)
+        for c in range(whole(boundary, i, FIRST_CARRIER), whole(boundary, i, LAST_CARRIER)):
+            place = begin + SPRING_CARRIER * c
+            moving, moved, soft = carried_rate(body, boundary, rigid, place, level, damped_parts)
+            rate += moving
+            change += moved
+            flexible += soft
     return rate, change, flexible
 
 
 @ti.func
-def spring_forces(body: ti.template(), boundary: ti.template(), contact: ti.template(), damped: ti.template()):
-    """Add the forces of springs and dashpots to special_force; threads share the nodes of a spring."""
+def spring_forces(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rigid: ti.template(), level,
+    damped: ti.template(),
+):  # fmt: skip
+    """Add the forces of springs and dashpots to special_force; threads share the nodes of a spring.
+
+    rigid: bodies, of which parts carry nodes; level: number of the next time level in the launch.
+    """
     count = head(boundary, COUNT)
     for i in range(count):
         place = place_of(boundary, i)
@@ -147,7 +171,7 @@ def spring_forces(body: ti.template(), boundary: ti.template(), contact: ti.temp
             if damping > 0.0:
                 old = three(boundary.mass, place_of(boundary, i) + RESISTING)
                 along = projector(boundary, i, vector_between(body, boundary, contact, i))
-                rate, change, flexible = rate_between(body, boundary, contact, i, damped)
+                rate, change, flexible = rate_between(body, boundary, contact, rigid, level, i, damped, damped)
                 rate += span * change
                 soft = span * (along @ flexible @ along)
                 unit = ti.Matrix.identity(ti.f64, 3)
@@ -162,17 +186,20 @@ def spring_forces(body: ti.template(), boundary: ti.template(), contact: ti.temp
 
 
 @ti.func
-def measure_springs(body: ti.template(), boundary: ti.template(), contact: ti.template()):
+def measure_springs(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rigid: ti.template(), level,
+    damped: ti.template(),
+):  # fmt: skip
     """Sum up energy, work of the dashpots in both parts of the kick, and the force of fixed points.
 
-    special_force holds all forces of the kick.
+    special_force holds all forces of the kick but the damping of rigid parts; rigid, level: see `spring_forces`.
     """
     before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
     sums = ti.Vector.zero(ti.f64, SPRING_SUMS)
     for i in range(head(boundary, COUNT)):
         place = place_of(boundary, i)
         elastic, resisting = three(boundary.mass, place + ELASTIC), three(boundary.mass, place + RESISTING)
-        rate, change, _flexible = rate_between(body, boundary, contact, i, "")
+        rate, change, _flexible = rate_between(body, boundary, contact, rigid, level, i, "", damped)
         sums[SPRING.spring_energy] += boundary.mass[place + ENERGY]
         sums[SPRING.spring_before] += before * resisting.dot(rate + 0.5 * before * change)
         sums[SPRING.spring_after] += after * resisting.dot(rate + (before + 0.5 * after) * change)

@@ -29,7 +29,7 @@ from ..contact.pair_loads import apply_to_masters
 from ..contact.pair_rows import fill_pair_rows
 from ..engine import ti
 from ..lanes import BLOCK_THREADS, DEVICE_BLOCK, GRAVITY, MAXIMUM_SLOTS
-from ..language.bundles import ContactOptions
+from ..language.bundles import ContactOptions, Rigid
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
 from ..language.threads import item, leader, meet, turns
@@ -70,6 +70,7 @@ from .device_surface import make_surface_cells
 from .shared_rigid_rate import measure_shared_rigid_rate
 
 CONTACT_STEPS = (*STEPS, "after")
+NO_PARTS = Rigid()  # rigid parts step in another way (tcontact/planning/device_path.py)
 LOADS, MOTION = "loads", "motion"  # parts of the step with friction layers
 
 
@@ -151,7 +152,7 @@ def set_loads(
     if ti.static(driven):
         accelerate(body, boundary, supports, contact, number)
     if ti.static(has_springs):
-        spring_forces(body, boundary, contact, damped)
+        spring_forces(body, boundary, contact, NO_PARTS, 0, damped)
     if ti.static(contact.options.model != ""):
         contact_load(body, boundary, obstacles, rows, contact, system, before, after)
     if ti.static(contact.options.friction != ""):
@@ -254,7 +255,7 @@ def make_device_contact_step(
                 if ti.static(damped != ""):
                     damp(own, boundary, contact, damped)
                 if ti.static(has_springs):
-                    measure_springs(own, boundary, contact)
+                    measure_springs(own, boundary, contact, NO_PARTS, 0, damped)
                 if ti.static(has_supports):
                     support_reactions(own, boundary, supports, contact)
                 if ti.static(loaded != ""):

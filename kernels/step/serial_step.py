@@ -238,7 +238,7 @@ def make_serial_step(
         if ti.static(has_boundary and damped != ""):
             damp(body, boundary, contact, damped)
         if ti.static(has_springs):
-            measure_springs(body, boundary, contact)
+            measure_springs(body, boundary, contact, rigid, number + 1, damped)
         if ti.static(has_supports):
             support_reactions(body, boundary, supports, contact)
         if ti.static(loaded != ""):
@@ -340,7 +340,7 @@ def make_serial_step(
                     if ti.static(driven):
                         accelerate(body, boundary, supports, contact, number)
                     if ti.static(has_springs):
-                        spring_forces(body, boundary, contact, damped)
+                        spring_forces(body, boundary, contact, rigid, number + 1, damped)
                     contact_load(body, boundary, obstacles, rows, coupling, contact, system, control)
                     if ti.static(options.layered or options.shared):
                         control[WANTS_LAYERS] = 1.0

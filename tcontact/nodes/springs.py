@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..kernels.columns import group_size
-from ..kernels.lanes import SPRING_NUMBERS
+from ..kernels.lanes import SPRING_HEAD, SPRING_NUMBERS
 from ..planning.domain import Domain
-from ..planning.springs import planned_ends
+from ..planning.springs import part_carriers, part_of_nodes, planned_ends
 
-ROUNDS = 1000  # most turns of dashpots that share nodes: a few where dt resolves m/c, more where it does not
+ROUNDS = 1000  # most turns of dashpots that share nodes or parts: a few where dt resolves m/c, more where it does not
 
 
 def spring_numbers(domain: Domain, groups: tuple[str, ...]) -> np.ndarray:
@@ -31,7 +31,14 @@ def spring_numbers(domain: Domain, groups: tuple[str, ...]) -> np.ndarray:
         row[names.REST : names.REST + 3] = spring.rest
     parts = [end for own in ends for end in own]
     nodes = np.concatenate([end.nodes for end in parts])
-    shared = len(np.unique(nodes)) < len(nodes)
+    carried = part_of_nodes(domain)[nodes] >= 0
+    carriers = [part_carriers(domain, spring) for spring in domain.springs]
+    counts = np.array([len(own) for own in carriers])
+    values[:, names.LAST_CARRIER] = np.cumsum(counts)
+    values[:, names.FIRST_CARRIER] = np.cumsum(counts) - counts
+    movers = [int(number) for own in carriers for number in own[:, 0]] + nodes[~carried].tolist()
+    turns = ROUNDS if len(set(nodes.tolist())) < len(nodes) or len(movers) > len(set(movers)) else 1
     sums = group_size(*groups[groups.index("boundary") : groups.index("springs")])
-    weighted = np.stack([nodes, np.concatenate([end.weights for end in parts])], axis=1)
-    return np.concatenate([[len(ends), ROUNDS if shared else 1, sums], values.ravel(), weighted.ravel()])
+    weighted = np.stack([nodes, np.concatenate([end.weights for end in parts]), carried], axis=1)
+    head = [len(ends), turns, sums, SPRING_HEAD + values.size + weighted.size]
+    return np.concatenate([head, values.ravel(), weighted.ravel(), np.concatenate(carriers).ravel()])

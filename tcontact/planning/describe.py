@@ -34,7 +34,7 @@ from .domain_packs import pack_domain
 from .measured import raw_groups
 from .node_volumes import volume_arrays
 from .packing import CellPacks
-from .springs import planned_ends, spring_rates
+from .springs import part_carriers, planned_ends, spring_rates
 from .static_solver import projected, response_components, static_solver
 from .sweep_order import sweep_order
 
@@ -188,7 +188,9 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
         result["supports"] += DRIVEN_AXIS * axes * domain.table_rows * REAL
     if domain.springs:
         entries = sum(len(end.nodes) for spring in domain.springs for end in planned_ends(domain, spring))
-        result["boundary-nodes"] += (SPRING_HEAD + SPRING_NUMBERS * len(domain.springs) + SPRING_ENTRY * entries) * REAL
+        carriers = sum(part_carriers(domain, spring).size for spring in domain.springs)
+        numbers = SPRING_HEAD + SPRING_NUMBERS * len(domain.springs) + SPRING_ENTRY * entries + carriers
+        result["boundary-nodes"] += numbers * REAL
     if domain.images is not None:
         result["periodic"] = 2 * WHOLE * len(domain.images.followers)
     if domain.rigid:

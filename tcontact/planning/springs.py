@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.errors import InputError
-from ..kernels.rigid_places import FREE
 from ..scene.scene import Scene
 from ..scene.springs import SceneSpring
 from .body_plan import ContactPlan
@@ -81,26 +80,31 @@ def spring_rates(domain: Any) -> dict[int, float]:
     return {number: largest for spring in domain.springs for number in spring.bodies}
 
 
-def rates_at_rigid_parts(domain: Any) -> dict[str, float]:
-    """Return c W [1/s] of the dashpots at rigid parts that move freely, by the label of the spring.
+def part_of_nodes(domain: Any) -> np.ndarray:
+    """Return the number of the rigid body that carries each boundary node of a domain; -1 where none does."""
+    found = np.full(len(domain.boundary), -1)
+    for number, body in enumerate(domain.rigid):
+        found[np.asarray(body.nodes, dtype=np.int64)] = number
+    return found
 
-    W: largest motion of a rigid part per unit impulse of the dashpot, (sum w)^2/M + |a x ..|^2/I with the arms a.
+
+def part_carriers(domain: Any, spring: SceneSpring) -> np.ndarray:
+    """Return the rigid bodies that carry nodes at the ends of a spring: number, sum of weights, weighted arm [m, 5].
+
+    Weights are negative at the first end. Arms [m] are those at t = 0.
     """
-    found: dict[str, float] = {}
-    for spring in domain.springs:
-        signs = [1.0 - 2.0 * number for number, end in enumerate(spring.ends) if end.body is not None]
-        ends = list(zip(signs, planned_ends(domain, spring), strict=True)) if spring.spring.damping > 0.0 else []
-        for part in (one for one in domain.rigid if one.kind == FREE and len(one.nodes)):
-            row = np.full(len(domain.boundary), -1)
-            row[part.nodes] = np.arange(len(part.nodes))
-            share, arm = 0.0, np.zeros(3)
+    signs = [2.0 * number - 1.0 for number, end in enumerate(spring.ends) if end.body is not None]
+    ends = list(zip(signs, planned_ends(domain, spring), strict=True))
+    found = []
+    for number, body in enumerate(domain.rigid):
+        row = np.full(len(domain.boundary), -1)
+        row[np.asarray(body.nodes, dtype=np.int64)] = np.arange(len(body.nodes))
+        if any((row[end.nodes] >= 0).any() for _, end in ends):
+            sums = np.zeros(4)
             for sign, end in ends:
                 here = row[end.nodes] >= 0
-                share += sign * float(end.weights[here].sum())
-                arm += sign * end.weights[here] @ np.asarray(part.arms)[row[end.nodes[here]]]
-            across = np.cross(np.eye(3), arm)
-            soft = share**2 / part.mass * np.eye(3) + across @ np.linalg.solve(part.inertia, across.T)
-            rate = spring.spring.damping * float(np.linalg.eigvalsh(0.5 * (soft + soft.T)).max())
-            if rate > 0.0:
-                found[spring.label] = max(rate, found.get(spring.label, 0.0))
-    return found
+                weights = sign * end.weights[here]
+                sums[0] += weights.sum()
+                sums[1:] += weights @ np.asarray(body.arms)[row[end.nodes[here]]]
+            found.append([number, *sums])
+    return np.array(found).reshape(-1, 5)

@@ -38,7 +38,6 @@ from .recorder import Recorder
 from .rigid_step import RigidStep
 from .shape_watch import ShapeWatch
 from .snapshot import Snapshot
-from .start_checks import late_dashpots
 from .watches.looks import Looks
 
 FIRST_CHECK = 100  # steps between estimates of the stable step of a nonlinear body; doubled while it does not change
@@ -115,8 +114,6 @@ class Run:
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)
-        for text in late_dashpots([] if scheme.implicit else [one.domain for one in self.domains], self.dt):
-            self.warn(text)
         self._may_flutter = scene.largest_friction >= FLUTTERS and any(
             body.contact and body.contact.removal == "normal" for body in planned.bodies
         )
