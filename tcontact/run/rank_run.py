@@ -183,10 +183,7 @@ class RankRun(Run):
         return {} if others is None else motion(self.scene, found) | others
 
     def cut_by(self, signal: str) -> str:
-        """Return the name of the signal that some rank has received, "" without; raise a warning that is an error.
-
-        The ranks tell each other with the rows of their last block of steps.
-        """
+        """Return the signal that a rank told of with its last rows, "" without; raise a warning that is an error."""
         for domain in self.domains:
             domain.asks_to_end = bool(signal) or self._refused is not None
         if not self.domains[0].ending:
