@@ -165,7 +165,7 @@ def friction_cap(contact: ti.template(), rows: ti.template(), k, r):
 
 
 @ti.func
-def friction_limit(contact: ti.template(), rows: ti.template(), k, p, pressing: ti.template()):
+def friction_limit(contact: ti.template(), rows: ti.template(), k, p: ti.template(), pressing: ti.template()):
     """Return the largest friction force [N] that row p of node k can transmit; pressing [slots] [N]: of its rows."""
     limit = friction_cone(rows, k * ti.static(contact.options.slots) + p, pressing[p])
     if ti.static(contact.options.layered):

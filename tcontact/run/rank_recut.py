@@ -98,6 +98,9 @@ def restore_parts(run: Run, planned: Plan, stored: Sequence[store.Stored], team:
             if mine is not None:
                 found[path] = mine.reshape(now)
     contents.restore(run, found, values)
+    for state in run.domains:
+        if state.contact is not None and state.contact.pairs is not None:
+            state.rebuilds_before = state.contact.pairs.rebuilds
     for number, cut in enumerate(cuts):
         _hold_pressures(run, number, cut, stored, parts)
     if has_state(planned.scene):

@@ -89,7 +89,7 @@ class DomainState:
         self.driven = DrivenSupports(domain, self.supports) if self.supports is not None and domain.driven else None
         self.contact = make_contact(scene, domain, self.internal_force)
         self.touching = self.contact is not None
-        self._rebuilds = 0  # of rows of pairs so far
+        self.rebuilds_before = 0  # of rows of pairs, up to the last launch
         self.frees = False  # whether obstacles move freely that something can touch
         if self.contact is not None and self.contact.kernel != "gaps":
             self.frees = bool(self.contact.obstacles.free)
@@ -351,9 +351,9 @@ class DomainState:
         raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
         rows = self._reader.measured(raw, times, self.domain.gravity, self._mass)
         if self.contact is not None and self.contact.pairs is not None:
-            place, before = self.layout.place["pair_rebuilds"], self._rebuilds
-            self._rebuilds = self.contact.pairs.rebuilds  # at the end of the launch of these rows
-            rows[:-1, place], rows[-1, place] = before, self._rebuilds
+            place, before = self.layout.place["pair_rebuilds"], self.rebuilds_before
+            self.rebuilds_before = self.contact.pairs.rebuilds  # at the end of the launch of these rows
+            rows[:-1, place], rows[-1, place] = before, self.rebuilds_before
             if not small and self.device is None:
                 rows[:, place] = self._builds[: len(rows), None]
             rows[:, self.layout.place["solver_products"]] = rows[:, self.layout.place["sweeps"]]
