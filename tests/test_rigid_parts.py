@@ -202,7 +202,7 @@ def test_the_last_row_of_a_driven_part_is_that_of_a_driven_support():
     np.testing.assert_allclose(ending.position, support.position, rtol=1e-12, atol=1e-12)
 
 
-def damped_parts(dt, damping, driven=False):
+def damped_parts(dt, damping, driven=False, rate=0.0):
     """Error of the energy of a soft cube with a spinning rigid top, dashpots at one edge of that and at its foot."""
     mesh = tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2))
     edge = np.flatnonzero((mesh.nodes[:, 2] > 0.099) & (mesh.nodes[:, 0] > 0.099))
@@ -217,15 +217,19 @@ def damped_parts(dt, damping, driven=False):
         mesh.with_sets(node_sets={"edge": edge}), tc.NeoHookean(1e6, 0.3, 1000.0), name="cube", rigid_parts=parts,
         springs=springs, velocity=lambda x: np.cross((0.0, 20.0, 40.0), x - (0.07, 0.05, 0.1)),
     )  # fmt: skip
-    result = tc.simulate(tc.Scene([cube], duration=6e-3), scheme=tc.CentralDifference(dt=dt))
+    mass_damping = tc.MassDamping(rate) if rate else None
+    scene = tc.Scene([cube], duration=6e-3, damping=mass_damping, gravity=(0.0, 0.0, -9.81))
+    result = tc.simulate(scene, scheme=tc.CentralDifference(dt=dt))
     assert result.ok
     return result.history["energy_error"].max()
 
 
-@pytest.mark.parametrize("driven", [False, True], ids=["free", "beside a driven part"])
-def test_dashpots_at_rigid_parts_are_of_second_order_and_stable(driven):
+@pytest.mark.parametrize(
+    ("driven", "rate"), [(False, 0.0), (True, 0.0), (True, 200.0)], ids=["free", "beside a driven part", "mass damping"]
+)
+def test_dashpots_at_rigid_parts_are_of_second_order_and_stable(driven, rate):
     """At any c: with c dt/M = 40 too, where a dashpot that acts half a step late blows up."""
-    coarse, fine = damped_parts(1e-4, 500.0, driven), damped_parts(5e-5, 500.0, driven)
+    coarse, fine = damped_parts(1e-4, 500.0, driven, rate), damped_parts(5e-5, 500.0, driven, rate)
     assert coarse < 3e-3
     assert coarse > 3.3 * fine
-    assert damped_parts(1e-4, 4e5, driven) < 2e-2
+    assert damped_parts(1e-4, 4e5, driven, rate) < 2e-2
