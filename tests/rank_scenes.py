@@ -124,11 +124,14 @@ def metal():
 
 
 def sensed():
-    """A metal that flows, with probes of cells and maxima of all cells, of which no two are alike."""
+    """A metal that flows, with probes over some cells and over all, and maxima of all, of which no two are alike."""
     scene = metal()
     mesh = scene.bodies[0].mesh
     mesh = mesh.with_sets(cell_sets={"lowest": np.flatnonzero(mesh.cell_centres()[:, 2] < 0.02)})
+    mesh = mesh.with_sets(cell_sets={"all": np.arange(mesh.cell_count)}, node_sets={"any": np.arange(mesh.node_count)})
     probes = [tc.Probe("lowest", "von_mises"), tc.Probe("lowest", "plastic_strain"), tc.Probe("zmin", "velocity")]
+    probes += [tc.Probe("all", quantity) for quantity in ("stress", "plastic_strain", "position")]
+    probes += [tc.Probe("any", "temperature"), tc.Probe("any", "acceleration")]
     tilted = 300.0 * np.sin(26.0 * mesh.nodes[:, [2, 2, 2]]) * (0, 0.3, 1) * (1.0 + mesh.nodes[:, :1])
     body = dataclasses.replace(scene.bodies[0], mesh=mesh, probes=probes, velocity=tilted)
     return tc.Scene([body], duration=6e-5, maxima=["von_mises", "pressure", "plastic_strain"])
@@ -177,10 +180,14 @@ def halves():
 
 
 def walls():
-    """Ranks share contact that reaches every cell: full removal and friction in a corner, nodes that supports hold."""
+    """Ranks share contact that reaches every cell: full removal and friction in a corner, nodes that supports hold.
+
+    Probes: of nodes without mass, and of cells at them.
+    """
     planes = [tc.Plane(), tc.Plane((-1e-4, 0.0, 0.0), (1.0, 0.0, 0.0))]
     held = [tc.Support("ymin", "xyz"), tc.Support("ymax", "x")]
-    body = block(contact=("zmin", "xmin"), counts=(2, 5, 4), velocity=(-5.0, 2.0, -8.0), supports=held)
+    probes = [tc.Probe("zmin", quantity) for quantity in ("velocity", "acceleration", "position", "pressure")]
+    body = block(contact=("zmin", "xmin"), counts=(2, 5, 4), velocity=(-5.0, 2.0, -8.0), supports=held, probes=probes)
     contact = tc.MasslessContact(removal="full", tolerance=EXACT)
     return tc.Scene([body], planes, 1.2e-3, contact=contact, friction=tc.Coulomb(0.3), gravity=(0.0, 0.0, -9.81))
 

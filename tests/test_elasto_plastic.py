@@ -63,6 +63,20 @@ def test_the_dissipation_is_of_second_order_in_the_step():
     assert turning < 1e-5
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("rate_factor", [0.025, 0.2])
+def test_the_dissipation_at_a_strain_rate_is_of_second_order_in_the_step(rate_factor, sign):
+    """With a flow modulus of the yield stress at rest the error stays at 2.4e-4 (C = .025) however small the steps."""
+    law = tc.JohnsonCook(90e6, 292e6, 0.31, rate_factor, 1.09, 1356.0)
+    metal = tc.ElastoPlastic(124e9, 0.34, 8960.0, law, specific_heat=383.0, heat_share=0.0)
+    errors = []
+    for count in (1000, 4000):
+        path = Path(metal, isochoric_tension(ramp([0.0, 0.2 * sign], count)), step=0.2 / 1e5 / count)
+        errors.append(abs(path.closure))
+    assert errors[0] < 4e-5
+    assert errors[1] < errors[0] / 4.0
+
+
 def test_a_tiny_strain_keeps_its_digits():
     found = Path(STEEL, shear([1e-9]))
     assert found.p[0, 0, 1] == pytest.approx(STEEL.lame_mu * 1e-9, rel=1e-12)

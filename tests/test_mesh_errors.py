@@ -130,6 +130,7 @@ BAD = {
     "box cells zero": (lambda: box_mesh((1.0, 1.0, 1.0), (1, 0, 1)), "cells", "at least 1"),
     "box cells fractional": (lambda: box_mesh((1.0, 1.0, 1.0), (1, 2.5, 1)), "cells", "whole"),
     "box cells number": (lambda: box_mesh((1.0, 1.0, 1.0), 4), "cells", "three whole numbers"),
+    "box cells huge": (lambda: box_mesh((1.0, 1.0, 1.0), (1, 1, 99999999999)), "cells", "use fewer cells"),
     "box cells two": (lambda: box_mesh((1.0, 1.0, 1.0), (4, 4)), "cells", "three whole numbers"),
     "box cells countless": (lambda: box_mesh((1.0, 1.0, 1.0), (10**6,) * 3), "cells", "fewer cells"),
     "box kind": (lambda: box_mesh((1.0, 1.0, 1.0), (1, 1, 1), "pyramid5"), "kind", "tet4"),

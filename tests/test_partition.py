@@ -13,7 +13,7 @@ from tcontact.planning.partition.box_graph import BoxGraph
 from tcontact.planning.partition.cell_graph import CellGraph
 from tcontact.planning.partition.contact_parts import contact_part, receiver_ranks
 from tcontact.planning.partition.cut import EXTRA_WORK, contact_ranks, cut_cells
-from tcontact.planning.partition.domain_part import cut_domain
+from tcontact.planning.partition.domain_part import cut_domain, domain_part
 from tcontact.planning.partition.parts import parts_of
 from tcontact.planning.planning import plan
 
@@ -245,7 +245,6 @@ def test_the_first_rank_has_all_that_belongs_together_or_the_cut_is_refused(coun
     [
         {"loads": [tc.Load("zmax", pressure=1e4)]},
         {"point_masses": [tc.PointMass("zmax", 0.1)]},
-        {"probes": [tc.Probe("zmax", "position")]},
         {"supports": [tc.Support("zmax", "x", velocity=lambda t: 1e3 * t)]},
     ],
 )
@@ -257,8 +256,32 @@ def test_a_sheet_on_which_something_acts_everywhere_is_refused(given, contact):
     scene = tc.Scene([sheet], [tc.Plane()], duration=2e-3, contact=contact)
     (domain,) = plan(scene).domains
     for ranks in (2, 3):
-        with pytest.raises(InputError, match="25 of 25 cells touch loads, springs, probes or driven supports"):
+        with pytest.raises(InputError, match="25 of 25 cells touch loads, springs or driven supports"):
             cut_domain(domain, scene, ranks)
+
+
+def test_parts_share_the_probes():
+    """Every cell of a set, and every node with copies on several ranks, counts once in a mean."""
+    rng, mesh = np.random.default_rng(5), tc.box_mesh((0.3, 0.2, 0.1), (6, 5, 4))
+    mesh = mesh.with_sets(cell_sets={"some": rng.choice(120, 70, False)}, node_sets={"few": rng.choice(210, 40, False)})
+    probes = [tc.Probe(name, quantity) for name in ("some", "few", "zmax") for quantity in ("position", "pressure")]
+    body = tc.Body(mesh, tc.LinearElastic(2.3e7, 0.27, 1350.0), contact="zmin", probes=probes)
+    scene = tc.Scene([body], [tc.Plane()], duration=2e-3)
+    (domain,) = plan(scene).domains
+    parts = [domain_part(domain, cut_domain(domain, scene, 3), rank).bodies[0] for rank in range(3)]
+    for number, probe in enumerate(probes):
+        items, weights = [], []
+        for part in parts:
+            place, own = part.plan.probes[number], part.part
+            items += [(own.cells if probe.facts.of_cells else own.nodes)[place.items]]
+            weights += [place.weights]
+        known = body.mesh.nodes_of("zmax") if probe.set == "zmax" else mesh.node_sets.get(probe.set)
+        if probe.facts.of_cells:
+            known = [cell for cell, nodes in enumerate(mesh.cells) if known is not None and np.isin(nodes, known).any()]
+        if probe.set == "some":
+            known = mesh.cell_sets["some"] if probe.facts.of_cells else np.unique(mesh.cells[mesh.cell_sets["some"]])
+        assert np.array_equal(np.sort(np.concatenate(items)), np.sort(known))
+        assert np.concatenate(weights).sum() == pytest.approx(1.0, rel=1e-12)
 
 
 def test_the_graph_of_a_box_is_that_of_its_faces(monkeypatch):

@@ -123,6 +123,16 @@ def test_full_removal_needs_three_neighbours_with_mass_that_are_not_in_line():
     assert contact_of(HEX, removal="full").contact.removal == "full"  # four corners of a square hold
 
 
+def test_a_bar_too_thin_is_refused_with_a_remedy_that_is_not_there_yet():
+    """Four corners of a square are not in line, but for the rounding error of a cell 1e6 times as long as wide."""
+    contact_of(tc.box_mesh((1e-4, 1e-4, 0.1), (1, 1, 4)), removal="normal")
+    bar = tc.box_mesh((1e-8, 1e-8, 0.1), (1, 1, 4))
+    for removal in ("normal", "full"):
+        with pytest.raises(tc.InputError, match="lower aspect ratio") as caught:
+            contact_of(bar, removal=removal)
+        assert ("removal='normal'" in caught.value.remedy) == (removal == "full")
+
+
 def test_a_body_that_is_all_contact_is_refused():
     plate = tc.box_mesh((1.0, 1.0, 0.1), (4, 4, 1))
     for removal in ("normal", "full"):

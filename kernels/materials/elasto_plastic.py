@@ -9,7 +9,7 @@ The state is D = Cp^-1 - I (xx yy zz xy xz yz), the plastic strain ep and the te
 trial values q, d of the state before the step, f = q - Y > 0 makes the point flow: d becomes k d, k = (q - G3 dep)/q,
 where
 
-    G3 = 3 mu / max(1 - 3/2 (det d/d:d) (1 + min(Y/q, 1)), 0.3)
+    G3 = 3 mu / max(1 - 3/2 (det d/d:d) (1 + min(Y/q, 1)), 0.3),    Y at the old ep, with the rate of the step
 
 makes q dep the work that is lost, up to second order in the step; dep solves q - G3 dep = Y (yield_stress.py). The new
 state has det Cp^-1 = 1 exactly:
@@ -36,7 +36,6 @@ STRAIN, WARMING = 6, 7
 PARAMETERS = ("K", "mu", "1/(rho c)", "heat share", "T_init")
 SHARE, INITIAL = 3, 4
 TINY, TINY_SINGLE = 1e-60, 1e-30
-SMALLEST = 0.3  # limit of 3 mu/G3 from below
 SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 PLACE = ((0, 3, 4), (3, 1, 5), (4, 5, 2))  # of component ij among the six
 
@@ -106,10 +105,9 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
         if any_above_zero(f):
             above = ti.max(f, zero)
             per_trial = 1.0 / trial
-            ratio = ti.min(begin[0] * per_trial, zero + 1.0)
-            bent = (1.5 * 1.5 * mu * mu) * (third * per_trial * per_trial) * (1.0 + ratio)  # 3/2 det d/d:d (1 + ratio)
-            modulus = 3.0 * mu / ti.max(1.0 - bent, zero + SMALLEST)
-            step = flow(begin, above, modulus, old[STRAIN], parameters)
+            bend = (1.5 * 1.5 * mu * mu) * (third * per_trial * per_trial)  # 3/2 det d/d:d
+            step = flow(begin, above, [3.0 * mu, bend, per_trial], old[STRAIN], parameters)
+            modulus = step[3]
             dep = ti.select(f > 0.0, step[0], zero)
             left = ti.max(trial - modulus * dep, zero)
             k = ti.select(f > 0.0, left * per_trial, zero + 1.0)

@@ -9,15 +9,16 @@ with the plastic strain ep, its rate, the temperature T at the start of the step
 and Guinan, J. Appl. Phys. 51, 1498, 1980; Johnson and Cook, Proc. 7th Int. Symp. Ballistics, 541, 1983). The increment
 dep of the plastic strain solves
 
-    q - G3 dep - Y(ep + dep, dep/dt) = 0
+    q - G3 dep - Y(ep + dep, dep/dt) = 0,    G3 = 3 mu/max(1 - bend (1 + min(Y(ep, dep/dt)/q, 1)), 0.3)
 
 with the trial stress q and the flow modulus G3 of elasto_plastic.py. Its left side is convex and falls, so Newton's
 iteration from the left is monotone: two iterations reach rounding for steinberg_guinan; for johnson_cook, whose power
-has an infinite slope at 0, four iterations in ln dep (residual 7e-10).
+has an infinite slope at 0, four iterations in ln dep (residual 7e-10), of which each takes G3 at the rate of the one
+before it: that changes it by some 1e-3.
 
 `start` returns what the step needs of the state [Y at its beginning without rate, ..]; `flow` returns [dep, slope of Y
-at its end, Y at its start with the rate of the step] for f = q - Y > 0; the caller drops dep where f <= 0. No branches,
-no library calls.
+at its end, Y at its start with the rate of the step, G3] for f = q - Y > 0; the caller drops dep where f <= 0. No
+branches, no library calls.
 """
 
 from typing import Any, NamedTuple
@@ -31,15 +32,16 @@ TINY, TINY_SINGLE = 1e-300, 1e-30
 COLDEST = 1e-12  # smallest T*
 SMALLEST_STRAIN = 1e-8  # plastic strain in the power of johnson_cook, at least
 NEWTON_GUINAN, NEWTON_COOK = 2, 4
+SMALLEST = 0.3  # limit of 3 mu/G3 from below
 LONGEST = 3.0  # largest change of ln dep in an iteration
 
 
 class YieldStress(NamedTuple):
     """Functions of a yield stress; parameters: names of its constants; rates: whether it depends on the strain rate.
 
-    start(ep, T, P, parameters) -> list that begins with Y at rest; flow(begin, f, G3, ep, parameters) -> [dep, dY/dep
-    at the end, Y at the start at the rate of the step], begin: the list of `start`; hardened(ep, parameters): Y
-    without softening by heat and rate.
+    start(ep, T, P, parameters) -> list that begins with Y at rest; flow(begin, f, bent, ep, parameters) -> [dep, dY/dep
+    at the end, Y at the start at the rate of the step, G3], begin: the list of `start`, bent: [3 mu, bend, 1/q];
+    hardened(ep, parameters): Y without softening by heat and rate.
     """
 
     parameters: tuple[str, ...]
@@ -56,6 +58,13 @@ def power(a, exponent):
 
 
 @ti.func
+def flow_modulus(strength, bent):
+    """Return G3 where Y at the start is `strength`; bent: [3 mu, bend, 1/q]."""
+    ratio = ti.min(strength * bent[2], 0.0 * strength + 1.0)
+    return bent[0] / ti.max(1.0 - bent[1] * (1.0 + ratio), 0.0 * strength + SMALLEST)
+
+
+@ti.func
 def linear_hardened(ep, parameters):
     return parameters[FIRST] + parameters[FIRST + 1] * ep
 
@@ -67,8 +76,9 @@ def linear_start(ep, temperature, pressure, parameters):
 
 
 @ti.func
-def linear_flow(begin, f, modulus, ep, parameters):
-    return [f / (modulus + begin[1]), begin[1], begin[0]]
+def linear_flow(begin, f, bent, ep, parameters):
+    modulus = flow_modulus(begin[0], bent)
+    return [f / (modulus + begin[1]), begin[1], begin[0], modulus]
 
 
 @ti.func
@@ -101,8 +111,9 @@ def guinan_start(ep, temperature, pressure, parameters):
 
 
 @ti.func
-def guinan_flow(begin, f, modulus, ep, parameters):
+def guinan_flow(begin, f, bent, ep, parameters):
     zero = 0.0 * ep
+    modulus = flow_modulus(begin[0], bent)
     softening, trial = begin[2], f + begin[0]
     dep = f * begin[3] / (modulus * begin[3] + begin[1])
     steep, grown = begin[1], begin[3]
@@ -111,7 +122,7 @@ def guinan_flow(begin, f, modulus, ep, parameters):
         steep, grown = softening * curve[1], curve[2]
         dep = dep + (trial - modulus * dep - softening * curve[0]) * grown / (modulus * grown + steep)
         dep = ti.max(dep, zero)
-    return [dep, steep / grown, begin[0]]
+    return [dep, steep / grown, begin[0], modulus]
 
 
 @ti.func
@@ -133,8 +144,8 @@ def cook_start(ep, temperature, pressure, parameters):
 
 
 @ti.func
-def cook_flow(begin, f, modulus, ep, parameters):
-    """Return [dep, slope]; the step [s] is the last of the parameters, 0 where there is none: then without rates."""
+def cook_flow(begin, f, bent, ep, parameters):
+    """As `YieldStress` says; the step [s] is the last of the parameters, 0 where there is none: then without rates."""
     zero = 0.0 * ep
     initial, factor, exponent = parameters[FIRST], parameters[FIRST + 1], parameters[FIRST + 2]
     by_rate, step = parameters[FIRST + 3], parameters[-1]
@@ -143,6 +154,7 @@ def cook_flow(begin, f, modulus, ep, parameters):
     safe = ti.max(f, zero + tiny)
     # ln of the increment at which the rate is rate0
     slow = ti.select(step > 0.0, logarithm(ti.max(step * parameters[FIRST + 4], tiny)), 600.0)
+    modulus = flow_modulus(begin[0], bent)
     alpha = ti.max(by_rate * begin[0], 1e-12 * begin[0] + tiny)
     ratio = logarithm(alpha / modulus)
     most = logarithm(safe / modulus)
@@ -158,6 +170,7 @@ def cook_flow(begin, f, modulus, ep, parameters):
         grown = factor * power(strain, exponent)
         faster = ti.max(z - slow, zero)
         rise = 1.0 + by_rate * faster
+        modulus = flow_modulus(begin[0] * rise, bent)
         hardened = initial + grown
         # dY/d(ln dep)
         steep = softening * (exponent * grown * (dep / strain) * rise)
@@ -166,7 +179,7 @@ def cook_flow(begin, f, modulus, ep, parameters):
         change = left / (modulus * dep + steep)
         z = ti.min(z + ti.max(ti.min(change, zero + LONGEST), zero - LONGEST), most)
     fast = begin[0] * (1.0 + by_rate * ti.max(z - slow, zero))
-    return [exponential(z), steep / dep, fast]
+    return [exponential(z), steep / dep, fast, modulus]
 
 
 YIELD_STRESSES = {

@@ -43,7 +43,7 @@ def box_mesh(
 def _counts(cells: Any) -> list[int]:
     remedy = "give three whole numbers of at least 1, the cells along x, y and z"
     try:
-        counts = [whole("cells", count, 1) for count in cells]
+        counts = [whole("cells", count, 1, high=10**18) for count in cells]  # their product is checked below
     except (TypeError, ValueError) as error:
         raise InputError("cells", cells, remedy) from error
     if len(counts) != 3:

@@ -17,6 +17,7 @@ from ..scene.periodic import Images
 from .cell_shapes import variant
 from .contact_graph import ContactGraph, residual_receivers
 from .node_order import inverse
+from .probe_places import ProbePlace
 from .rigid import RigidPlan
 
 # largest number of cells that one thread does alone; a domain of so few takes many steps per launch (domain.py)
@@ -85,7 +86,7 @@ class BodyPlan:
     = 0; driven [r]: for components that functions of time drive, number of the axis among those of all supports
     `body.driven`, one after the other, else -1;
     images: those of a periodic body, whose masters alone have mass, loads and contact; rigid: its rigid parts, nodes
-    numbered as in `boundary`.
+    numbered as in `boundary`; probes: nodes and cells of the probes, in the numbering of the user.
     """
 
     label: str
@@ -110,6 +111,7 @@ class BodyPlan:
     images: Images | None = None
     pulled: bool = False
     rigid: tuple[RigidPlan, ...] = ()
+    probes: tuple[ProbePlace, ...] = ()
 
     @property
     def node_count(self) -> int:

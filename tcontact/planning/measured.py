@@ -17,6 +17,7 @@ COMBINE: dict[str, Callable[..., np.ndarray]] = {
     "min": np.min,
     "max": np.max,
     "fmin": np.fmin.reduce,
+    "one": np.fmin.reduce,  # one domain has a number, the others have NaN
     "first": lambda values, axis: values[0],
 }
 
@@ -89,7 +90,7 @@ def probe_columns(scene: Scene) -> tuple[Column, ...]:
         for probe in body.probes:
             name, facts = scene.probe_column(index, probe), probe.facts
             text = f"mean {probe.quantity} of {probe.set!r} of {scene.label(index)}"
-            found.append(Column(name, facts.unit, text, facts.size, ("sensors",), PROBED, "fmin", NAN))
+            found.append(Column(name, facts.unit, text, facts.size, ("sensors",), PROBED, "one", NAN))
     return tuple(found)
 
 
@@ -167,13 +168,16 @@ class RawRows:
         return rows
 
 
-def combined(rows: list[np.ndarray], layout: Layout) -> np.ndarray:
-    """Combine the rows [m, width] of all domains, each column by its rule in the table of columns."""
+def combined(rows: list[np.ndarray], layout: Layout, parts: bool = False) -> np.ndarray:
+    """Combine the rows [m, width] of all domains, each column by its rule in the table of columns.
+
+    parts: the rows are those of ranks, which have parts of the numbers that one domain has.
+    """
     if len(rows) == 1:
         return rows[0]
     total = np.sum(rows, axis=0)
     for column in layout.measured:
-        if column.combine != "sum":
+        if column.combine != "sum" and not (parts and column.combine == "one"):
             place = layout.place[column.name]
             total[:, place] = COMBINE[column.combine]([row[:, place] for row in rows], axis=0)
     return total

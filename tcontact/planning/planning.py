@@ -46,6 +46,7 @@ from .lumped_mass import NodeMasses, node_areas
 from .measured import Layout, probe_columns
 from .node_order import inverse, lanes_apart, renumbered, slab_order
 from .node_volumes import body_volumes
+from .probe_places import probe_places
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .rigid import RigidPlan, names_of, rigid_parts
@@ -223,6 +224,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
             moved = redistribute(masses, massless, free, scene.contact.depth)
             tensors = {"nodes": moved.nodes, "values": moved.tensors}
     cells = renumbered(place, mesh.cells, cell_order)
+    probes = probe_places(body)
     mesh.release()  # of a box: from here on cells have the numbering of the plan
     first = np.zeros(0, dtype=np.int64)
     if can_touch:
@@ -274,6 +276,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         images=images,
         pulled=callable(scene.gravity),
         rigid=rigid_parts(body, label, lumped, mass, row[place]) if body.rigid_parts else (),
+        probes=probes,
     )
 
 

@@ -240,5 +240,12 @@ def check_clusters(body: Body, massless: MasslessNodes) -> None:
                 "MasslessContact.removal",
                 massless.removal,
                 f"the {len(own)} contact nodes around node {own[0]} can turn about their {len(neighbours)} neighbours"
-                " with mass; full removal needs three not in line: use removal='normal' or a finer mesh",
+                f" with mass; {_remedy_of_turning(massless.removal)}",
             )
+
+
+def _remedy_of_turning(removal: str) -> str:
+    if removal == "full":
+        need = "full removal needs three not in line, nor nearly so, as in very thin cells"
+        return f"{need}: use removal='normal', a finer mesh or cells of a lower aspect ratio"
+    return "the cells are so thin that these are nearly in line: use cells of a lower aspect ratio"

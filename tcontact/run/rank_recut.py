@@ -30,7 +30,7 @@ from ..schemes.explicit.rank_view import RankView
 from .checkpoint import contents, store
 from .loop import Run
 from .rank_cut import Cut
-from .rank_recut_acting import FORMS, of_acting, restore_maxima
+from .rank_recut_acting import FORMS, of_acting, restore_sensors
 from .rank_recut_contact import OF_CONTACT, OF_OBSTACLES, is_shared, of_contact
 from .rank_recut_pairs import OF_CELLS, of_pairs
 from .rank_recut_viscous import of_viscous_cells
@@ -91,7 +91,7 @@ def restore_parts(run: Run, planned: Plan, stored: Sequence[store.Stored], team:
             text = f"as {path} stands in another order there"
             raise InputError("ranks", ranks, f"start {len(stored)} to go on, {text}")
     found |= made
-    restore_maxima(run, cuts, stored, parts, found, values)
+    restore_sensors(run, cuts, stored, parts, found, values)
     for path, now in sorted((path, shape) for path, shape in shapes.items() if shape is not None):
         if any(path in one.found for one in stored):
             mine = _at_nodes(run, path, cuts, stored, parts, team)

@@ -1,4 +1,4 @@
-"""What acts beside the cells, and maxima, for a run that goes on with another number of ranks.
+"""What acts beside the cells, probes and maxima, for a run that goes on with another number of ranks.
 
 Contact and loads are on the first rank in one order, but refer to boundary nodes whose numbers depend on the cut: the
 numbers of the run are taken from the checkpoint, the references from the new run.
@@ -17,6 +17,7 @@ from ..device import arrays
 from ..kernels.lanes import GRAVITY
 from ..kernels.load_places import ENTRIES, ENTRY, FACE, FACES, FORCE, HEAD, NODE, NODES, STARTED
 from ..planning.partition.domain_part import DomainPart
+from ..schemes.sensors import moving_nodes
 from .checkpoint import store
 from .loop import Run
 from .rank_cut import Cut
@@ -130,7 +131,7 @@ def _gravity_calls(run: Run, stored: Mapping[str, np.ndarray], shapes: Mapping[s
     return found
 
 
-def restore_maxima(
+def restore_sensors(
     run: Run,
     cuts: Sequence[Cut],
     stored: Sequence[store.Stored],
@@ -138,17 +139,22 @@ def restore_maxima(
     found: dict[str, np.ndarray],
     values: dict[str, Any],
 ) -> None:
-    """Put the largest values so far into the state of the rank that has their cell.
+    """Put the largest values so far into the state of the rank that has their cell, and what probes keep of nodes.
 
     found, values: arrays and other values of the new run by path.
     """
     for number, (state, cut) in enumerate(zip(run.domains, cuts, strict=True)):
+        head = f"domains.{number}.sensors/"
+        for known in (found, values):
+            for path in [path for path in known if f"{path}/".startswith(head)]:
+                del known[path]
         if state.sensors is None:
             continue
-        head = f"domains.{number}.sensors/"
+        part = None if parts is None else parts[number]
+        for name in state.sensors.motion.kept():
+            found[f"{head}{name}"] = _of_probes(state, cut, stored, f"{head}{name}", part)
         for name in state.scene.maxima:
             path, several = f"{head}maximum.{name}", []
-            values.pop(path, None)
             for rank, one in enumerate(stored):
                 if path in one.values:
                     value, time, label, cell = one.values[path]
@@ -160,9 +166,17 @@ def restore_maxima(
                 here = np.array([cell]) if parts is None else _where(parts[number].bodies[body].part.cells, cell)
                 if len(here):
                     values[path] = [-value, time, label, int(here[0])]
-        for name, kept in state.sensors.motion.kept().items():  # the other ranks have no probes
-            if f"{head}{name}" not in found | values:
-                (found if isinstance(kept, np.ndarray) else values)[f"{head}{name}"] = kept
+
+
+def _of_probes(state: Any, cut: Cut, stored: Sequence[store.Stored], path: str, part: DomainPart | None) -> np.ndarray:
+    """Return what stands under a path for the nodes [k, 3] of a rank whose motion probes measure."""
+    whole = np.zeros((len(cut.domain.reference), 3))
+    for rank, one in enumerate(stored):
+        if path in one.found:
+            domain = cut.parts[rank].domain if cut.parts else cut.domain
+            whole[cut.nodes(rank)[moving_nodes(domain.bodies, domain.node_start)]] = one.found[path].reshape(-1, 3)
+    nodes = moving_nodes(state.domain.bodies, state.domain.node_start)
+    return np.asarray(whole[nodes if part is None else part.nodes[nodes]])
 
 
 def _where(cells: np.ndarray, cell: int) -> np.ndarray:

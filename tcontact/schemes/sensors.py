@@ -13,7 +13,7 @@ from ..cells.stress import States
 from ..device import arrays
 from ..planning.body_plan import BodyPlan
 from ..planning.measured import Layout
-from ..scene.probes import Probe
+from ..planning.probe_places import ProbePlace
 from ..scene.scene import Scene
 from .motion import Motion
 
@@ -46,16 +46,16 @@ class Sensors:
         self._starts = [int(start) for start in starts]
         self.stateful = needs_state(scene, bodies)
         self._probes = [
-            _Place(index, scene.probe_column(number, probe), probe, body)
+            _Place(index, scene.probe_column(number, place.probe), place, body)
             for index, (number, body) in enumerate(zip(numbers, bodies, strict=True))
-            for probe in body.body.probes
+            for place in body.probes
+            if len(place.items)
         ]
         self._with_cells = [index for index, body in enumerate(bodies) if len(body.cell_order)]  # not on every rank
-        of_stress = {place.index for place in self._probes if place.probe.quantity in STRESSES}
+        of_stress = {own.index for own in self._probes if own.probe.quantity in STRESSES}
         if not STRESSES.isdisjoint(scene.maxima):
             of_stress = set(self._with_cells)
-        of_nodes = [self._starts[p.index] + p.items for p in self._probes if not p.probe.facts.of_cells]
-        self._moving = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *of_nodes]))
+        self._moving = moving_nodes(bodies, starts)
         self.nodes = np.arange(len(velocity)) if of_stress else self._moving
         numbers_a_row = 15 * len(self.nodes) + sum(7 * len(bodies[index].cell_order) for index in of_stress)
         self.rows = 1 if self.stateful else min(rows, max(1, ROOM // max(numbers_a_row, 1)))
@@ -104,17 +104,14 @@ class Sensors:
             stateful = self.stateful and index in self._with_cells
             state = kept(index) if stateful and kept is not None else None
             fields.append(self._fields(index, body, u, state))
-        for place in self._probes:
-            name, own, probe = place.column, fields[place.index], place.probe
-            if probe.facts.of_cells:
-                values = own[probe.quantity][:, place.items]
-                self._measured[name] = np.tensordot(values, place.weights, ((1,), (0,)))
+        for own in self._probes:
+            quantity = own.probe.quantity
+            if own.probe.facts.of_cells:
+                self._measured[own.column] = own.place.mean(fields[own.index][quantity][:, own.place.items])
                 continue
-            node = np.searchsorted(self._moving, self._starts[place.index] + place.items)
-            quantity = "displacement" if probe.quantity == "position" else probe.quantity
-            self._measured[name] = motion[quantity][:, node].mean(axis=1)
-            if probe.quantity == "position":
-                self._measured[name] = place.centre + self._measured[name]
+            node = np.searchsorted(self._moving, self._starts[own.index] + own.nodes)
+            moved = motion["displacement" if quantity == "position" else quantity][:, node]
+            self._measured[own.column] = own.centre + own.place.mean(moved)
         self._cells = {}
         for quantity in self.scene.maxima:
             if quantity == "plastic_strain" and strains is not None:
@@ -169,29 +166,38 @@ class Sensors:
 
 
 class _Place:
-    """A probe of a body of a domain: its nodes in the numbering of the plan, or its cells in that of the user."""
+    """A probe of a body of a domain; nodes [k]: in the numbering of the plan; centre [m]: what adds to its mean."""
 
-    def __init__(self, index: int, column: str, probe: Probe, body: BodyPlan) -> None:
-        self.index, self.column, self.probe = index, column, probe
-        mesh = body.body.mesh
-        if probe.facts.of_cells:
-            self.items = probe.cells(mesh)
-            volumes = mesh.cell_volumes()[self.items]
-            self.weights = volumes / volumes.sum()
-        else:
-            nodes = probe.nodes(mesh)
-            self.items, self.centre = body.place[nodes], mesh.nodes[nodes].mean(axis=0)
+    def __init__(self, index: int, column: str, place: ProbePlace, body: BodyPlan) -> None:
+        self.index, self.column, self.place, self.probe = index, column, place, place.probe
+        self.nodes, self.centre = np.zeros(0, dtype=np.int64), np.zeros(3)
+        if not self.probe.facts.of_cells:
+            self.nodes = body.place[place.items]
+        if self.probe.quantity == "position":
+            self.centre = place.mean(body.reference[self.nodes][None])[0]
+
+
+def moving_nodes(bodies: Sequence[BodyPlan], starts: np.ndarray) -> np.ndarray:
+    """Return the nodes [k] of a domain, ascending, whose motion probes measure; starts: see `Sensors`."""
+    found = [
+        int(start) + body.place[place.items]
+        for body, start in zip(bodies, starts, strict=False)
+        for place in body.probes
+        if not place.probe.facts.of_cells
+    ]
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found]))
 
 
 def needs_state(scene: Scene, bodies: Sequence[BodyPlan]) -> bool:
     """Return whether a row needs the state of points: quantities of cells where some law keeps one."""
-    wanted = bool(scene.maxima) or any(probe.facts.of_cells for body in bodies for probe in body.body.probes)
+    places = [place for body in bodies for place in body.probes]
+    wanted = bool(scene.maxima) or any(place.probe.facts.of_cells and len(place.items) for place in places)
     return wanted and any(material.plastic for body in bodies for material in body.body.materials)
 
 
 def sensed(scene: Scene, bodies: Sequence[BodyPlan]) -> bool:
     """Return whether a scene has probes or maxima in these bodies."""
-    return bool(scene.maxima) or any(body.body.probes for body in bodies)
+    return bool(scene.maxima) or any(len(place.items) for body in bodies for place in body.probes)
 
 
 def _largest(values: np.ndarray) -> np.ndarray:

@@ -30,11 +30,12 @@ from ..applied_loads import loaded_nodes
 from ..body_plan import BodyPlan, ContactPlan, held_nodes
 from ..lumped_mass import NodeMasses
 from ..node_order import inverse, lanes_apart, renumbered
+from ..probe_places import ProbePlace
 from .graph_part import graph_part
 from .parts import Part
 from .shared_contact import BodyShare
 
-ACTING = ("supports", "loads", "point_masses", "springs", "probes", "rigid_parts")
+ACTING = ("supports", "loads", "point_masses", "springs", "rigid_parts")
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +76,6 @@ def acting_nodes(plan: BodyPlan, tied: np.ndarray, touching: bool = True) -> np.
             inside[plan.cells[plan.contact.graph.cells]] = True
     found = [plan.node_order[inside], tied, loaded_nodes(body)]
     found += [body.mesh.nodes_of(point.set) for point in body.point_masses]
-    for probe in body.probes:
-        if probe.facts.of_cells:
-            found.append(body.mesh.cells[probe.cells(body.mesh)].reshape(-1))
-        else:
-            found.append(probe.nodes(body.mesh))
     return np.unique(np.concatenate(found)).astype(np.int64)
 
 
@@ -159,6 +155,7 @@ def body_part(plan: BodyPlan, part: Part, acts: bool, share: BodyShare | None = 
         if share is not None or (acts and not shared)
         else None,
         images=images,
+        probes=_probes(plan, part),
     )
     row = np.full(len(nodes), -1, dtype=np.int64)
     row[boundary] = np.arange(len(boundary))
@@ -177,9 +174,16 @@ def no_part(plan: BodyPlan, rank: int) -> BodyPart:
     empty = {name: getattr(plan, name)[:0] for name in ("node_order", "cell_order", "reference", "cells", "lumped")}
     empty |= {name: getattr(plan, name)[:0] for name in ("boundary", "tensors", "inverses", "loads", "speeds")}
     empty |= dict.fromkeys(("support_rows", "support_axes", "driven"), none)
-    found = replace(plan, **empty, contact=None, images=None, rigid=())
+    part = Part(rank, none, none, none, ())
+    found = replace(plan, **empty, contact=None, images=None, rigid=(), probes=_probes(plan, part))
     found.__dict__["blocks"] = ()  # those of its body are the blocks of the whole mesh
-    return BodyPart(plan, Part(rank, none, none, none, ()), found, none, (), np.zeros(0))
+    return BodyPart(plan, part, found, none, (), np.zeros(0))
+
+
+def _probes(plan: BodyPlan, part: Part) -> tuple[ProbePlace, ...]:
+    """Return what a part has of the probes: its cells, and the nodes that it owns."""
+    cells, nodes = (part.cells, np.ones(len(part.cells), dtype=bool)), (part.nodes, part.owner == part.rank)
+    return tuple(place.part(*(cells if place.probe.facts.of_cells else nodes)) for place in plan.probes)
 
 
 def _part_of_body(body: Body, part: Part, acts: bool, touches: bool) -> Body:

@@ -70,7 +70,7 @@ def cut_cells(
     Raises `InputError` if there are too few cells for the ranks, `ImportError` without pymetis.
     """
     count = sum(len(cells) for _, cells in blocks)
-    _check_room(count, ranks, together, "touch loads, springs, probes or driven supports")
+    _check_room(count, ranks, together, "touch loads, springs or driven supports")
     if ranks == 1:
         return np.zeros(count, dtype=np.int64)
     graph = CellGraph.of(blocks, node_count)
@@ -103,9 +103,7 @@ def cut_beside(
     beside its cells, in passes of a cell. Raises `InputError` if too few cells are left for the other ranks,
     `ImportError` without pymetis.
     """
-    _check_room(
-        count, ranks, together, "touch contact faces, periodic sides, supports, loads, springs, rigid parts or probes"
-    )
+    _check_room(count, ranks, together, "touch contact faces, periodic sides, supports, loads, springs or rigid parts")
     if ranks == 1:
         return np.zeros(count, dtype=np.int64)
     if not len(together):

@@ -54,6 +54,12 @@ class RankState(DomainState):
             for values in (displacement, velocity)
         )
         super().__init__(scene, part.domain, u, v, layout)
+        self._unmeasured = layout.numbers(  # shares of means over sets of which this rank has nothing
+            scene.probe_column(number, place.probe)
+            for number, body in zip(part.whole.numbers, part.bodies, strict=True)
+            for place in body.plan.probes
+            if not len(place.items)
+        )
         self.halo = team.exchange(part.rows_shared())
         domain = part.domain
         self._guests = rows = part.guests() if domain.shared is None else np.zeros(0, dtype=np.int64)
@@ -250,6 +256,7 @@ class RankState(DomainState):
     def _whole_rows(self, times: np.ndarray, watched: np.ndarray) -> np.ndarray:
         """Put the measured rows of all ranks together; return what is watched [w, n] on each of them [ranks, w, n]."""
         table = super().rows(times)
+        table[:, self._unmeasured] = 0.0
         if self.part.domain.shared is not None and self.contact is not None and self.contact.pairs is not None:
             place = self.layout.place["pair_rebuilds"]
             table[:, place] *= float(self.part.domain.shared.owned.any())  # all ranks of the contact build the rows
@@ -260,7 +267,8 @@ class RankState(DomainState):
         if all_rows[:, -2].any():
             own = None if found is None else (self._number_of(found[0]), found[1])
             self._trouble = self.team.first_of(own)
-        self._table = combined([row[: table.size].reshape(table.shape) for row in all_rows], self.layout)
+        tables = [row[: table.size].reshape(table.shape) for row in all_rows]
+        self._table = combined(tables, self.layout, parts=True)
         return all_rows[:, table.size : -2].reshape(self.team.size, *watched.shape)
 
     def _number_of(self, plan: object) -> int:
