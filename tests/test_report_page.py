@@ -150,6 +150,14 @@ def test_a_name_cannot_break_the_page(tmp_path):
     assert data_of(path)["runs"][0]["title"] == "</script><b>bad"
 
 
+def test_a_summary_that_cannot_be_read_leaves_its_checks_unknown(tmp_path):
+    place = moving(tmp_path, frames=1)
+    for spoil in (lambda path: path.write_text("[1,2"), Path.unlink):
+        spoil(place / "summary.json")
+        (run,) = data_of(document.write_page([place], tmp_path / "page.html"))["runs"]
+        assert "checks unknown" in run["verdict"]["text"]
+
+
 def test_a_run_without_frames_and_one_that_stopped_say_so(tmp_path):
     place = moving(tmp_path, frames=0)
     (run,) = data_of(document.write_page([place], tmp_path / "page.html"))["runs"]

@@ -1,5 +1,7 @@
 """The stable step: 90 to 100 % of 2/omega_max of the free body with its standard lumped mass (METHOD 2)."""
 
+import warnings
+
 import numpy as np
 import oracle
 import pytest
@@ -172,3 +174,12 @@ def test_rows_of_the_random_start_are_those_of_the_whole_one(numbers):
     """The rows are equal in any order, with one of them twice, without any, and drawn in several portions."""
     numbers = np.array(numbers, dtype=np.int32)
     assert np.array_equal(random_rows(numbers), random_vector(3 * 200_000).reshape(-1, 3)[numbers])
+
+
+def test_a_stiffness_that_overflows_is_refused_by_name_without_other_warnings():
+    """NumPy has nothing to say of lines of the program."""
+    body = tc.Body(tc.box_mesh((1.0, 1.0, 1.0), (2, 1, 1)), tc.LinearElastic(1e308, 0.3, 1000.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(tc.InputError, match="forces overflow"):
+            tc.simulate(tc.Scene(body, duration=1.0))

@@ -52,6 +52,7 @@ class StableSteps:
         for body, trial, answer in zip(bodies, *(np.split(part, self._ends[:-1]) for part in self._raw), strict=True):
             body.trial, body.answer = trial, answer
 
+    @np.errstate(over="ignore", invalid="ignore")  # what overflows is refused by name (`forces overflow`)
     def estimate(self, u: arrays.Array, products: int = PRODUCTS) -> float:
         """Estimate the stable step [s] at displacement u [3n]; the next call starts from the modes found."""
         parts = np.split(arrays.get(u), self._ends[:-1])
@@ -132,7 +133,8 @@ class StableStep:
         bound, smallest = np.zeros(len(self.plan.reference)), np.inf
         for block in self.plan.blocks:
             height = spanned_heights(block.own.kind, self.plan.reference, block.cells)
-            rate = (block.own.material.wave_speed / height) ** 2
+            with np.errstate(over="ignore"):  # as in `estimate`
+                rate = (block.own.material.wave_speed / height) ** 2
             for part in chunks_of(len(rate)):
                 np.maximum.at(bound, block.cells[part], rate[part, None])
             smallest = min(smallest, float(height.min()))

@@ -23,6 +23,8 @@ def verdict_of(result: StoredResult) -> dict[str, Any]:
     text = "finished" if ended == "finished" else "still running" if ended == "running" else f"stopped: {ended}"
     if checks:
         text += f", {len(checks) - len(failed)} of {len(checks)} checks passed"
+    elif not summary and ended != "running":
+        text += ", checks unknown as there is no summary.json that can be read"
     return {"good": good, "text": text, "message": result.message}
 
 
