@@ -180,14 +180,10 @@ def halves():
 
 
 def walls():
-    """Ranks share contact that reaches every cell: full removal and friction in a corner, nodes that supports hold.
-
-    Probes: of nodes without mass, and of cells at them.
-    """
+    """Ranks share contact that reaches every cell: full removal and friction in a corner, nodes that supports hold."""
     planes = [tc.Plane(), tc.Plane((-1e-4, 0.0, 0.0), (1.0, 0.0, 0.0))]
     held = [tc.Support("ymin", "xyz"), tc.Support("ymax", "x")]
-    probes = [tc.Probe("zmin", quantity) for quantity in ("velocity", "acceleration", "position", "pressure")]
-    body = block(contact=("zmin", "xmin"), counts=(2, 5, 4), velocity=(-5.0, 2.0, -8.0), supports=held, probes=probes)
+    body = block(contact=("zmin", "xmin"), counts=(2, 5, 4), velocity=(-5.0, 2.0, -8.0), supports=held)
     contact = tc.MasslessContact(removal="full", tolerance=EXACT)
     return tc.Scene([body], planes, 1.2e-3, contact=contact, friction=tc.Coulomb(0.3), gravity=(0.0, 0.0, -9.81))
 
@@ -199,9 +195,13 @@ def springy():
 
 
 def rubbed():
-    """Ranks share viscous contact cells: normal removal with friction, of hexahedra, and tetrahedra of another law."""
+    """Ranks share viscous contact cells: normal removal with friction, of hexahedra, and tetrahedra of another law.
+
+    Probes: of nodes without mass, and of cells at them.
+    """
+    probes = [tc.Probe("zmin", quantity) for quantity in ("velocity", "acceleration", "position", "pressure")]
     feet = [foot((3, 3, 3), (0.2, 0.0, 2e-4), contact="zmin")]
-    bodies = [block("neo", counts=(4, 4, 3), contact="zmin", velocity=(6.0, 1.0, -8.0)), *feet]
+    bodies = [block("neo", counts=(4, 4, 3), contact="zmin", velocity=(6.0, 1.0, -8.0), probes=probes), *feet]
     contact = tc.MasslessContact(removal="normal", tolerance=EXACT)
     return tc.Scene(bodies, [tc.Plane()], 8e-4, contact=contact, friction=tc.Coulomb(0.3))
 
