@@ -35,7 +35,7 @@ from .graph_part import graph_part
 from .parts import Part
 from .shared_contact import BodyShare
 
-ACTING = ("supports", "loads", "point_masses", "springs", "rigid_parts")
+ACTING = ("supports", "loads", "point_masses", "springs", "probes", "rigid_parts")
 
 
 @dataclass(frozen=True, eq=False)
