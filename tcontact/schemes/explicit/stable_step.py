@@ -205,7 +205,9 @@ class StableStep:
         matrix = np.diag(alphas) + np.diag(betas[: count - 1], 1) + np.diag(betas[: count - 1], -1)
         if not np.isfinite([*alphas, *betas]).all():
             raise InputError(
-                "Scene", alphas[0], "forces overflow; look at the units of stiffness, density, sizes and penalties"
+                f"material of {self.plan.label}",
+                self.plan.body.material,
+                "forces overflow; look at the units of stiffness, density, sizes and penalties",
             )
         values, vectors = np.linalg.eigh(matrix)
         top = vectors[:, -1]
