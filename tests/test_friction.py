@@ -349,3 +349,29 @@ def test_frictionless_scenes_import_and_make_no_friction_kernels():
     done = python(code)
     assert done.returncode == 0, done.stderr[-2000:]
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("friction", ["coulomb", "layer"])
+def test_a_compressed_slab_in_uniform_motion_rubs_from_the_first_step_on(friction):
+    """Forces in balance to the last bit are no solution while a pressed node slips without its friction."""
+    law = tc.NeoHookean(1e6, 0.3, 1000.0) if friction == "coulomb" else tc.NeoHookean(70e9, 0.3, 2700.0)
+    slab = tc.Body(
+        tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2)),
+        law,
+        velocity=(1.0, 0.0, 0.0) if friction == "coulomb" else (20.0, 0.0, 0.0),
+        contact="zmin",
+        periodic="xy",
+        displacement=lambda x: x * [0.0, 0.0, -0.02],
+        supports=[tc.Support("zmax", "z")],
+    )
+    model = tc.Coulomb(0.05) if friction == "coulomb" else tc.FrictionLayer(points=8)
+    contact = tc.MasslessContact(removal="full")
+    duration = 10.0 * 0.02 / law.wave_speed
+    history = simulate(tc.Scene([slab], [tc.Plane()], duration, contact=contact, friction=model)).history
+    force, rows = history["contact_force"], slice(1, None)
+    assert len(force) >= 4
+    assert (force[rows, 0] < 0.0).all()
+    assert (history["sweeps"][rows] > 0).all()
+    if friction == "coulomb":
+        assert force[rows, 0] == pytest.approx(-0.05 * force[rows, 2], rel=1e-6)
+    assert np.abs(force[:, 1]).max() <= 1e-9 * np.abs(force[:, 2]).max()

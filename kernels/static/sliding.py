@@ -47,6 +47,7 @@ NODE_CHANGE = 1e-14  # relative change of its increment at which they end
 ROUNDS = 2  # iterations between normal and tangential force of one row in a sweep; the sweeps converge them
 SEARCH = 100  # trials of the pressing force where these iterations diverge, at most
 CLOSED = 1e-12  # gap over the gap without contact at which the search ends
+UNSOLVED = 1e-30  # least residual of a row that slips, over the friction that it can have
 
 
 @ti.func
@@ -183,14 +184,21 @@ def measure_slip(
     k,
     pressing,
 ):
-    """Set the slip of the rows of node k for the sweeps; return by how much [N] friction exceeds its limit."""
+    """Set the slip of the rows of node k for the sweeps; return by how much [N] friction exceeds its limit.
+
+    A row that slips has at least a residual that is not zero, so that forces in balance without the friction that it
+    should have (a body in uniform motion that is only compressed along the normal) do not count as solved.
+    """
     slots = ti.static(contact.options.slots)
     excess = 0.0
     for p in ti.static(range(slots)):
         r = k * slots + p
         friction = vector_of(rows, k * slots + p, rows.at.traction)
-        excess = ti.max(excess, friction.norm() - friction_limit(contact, rows, k, p, pressing))
-        set_vector(rows, k * slots + p, rows.at.slip, slip_of(body, boundary, contact, rows, coupling, k, r))
+        limit = friction_limit(contact, rows, k, p, pressing)
+        excess = ti.max(excess, friction.norm() - limit)
+        slip = slip_of(body, boundary, contact, rows, coupling, k, r)
+        excess = ti.max(excess, ti.select(slip.dot(slip) > 0.0, UNSOLVED * limit, 0.0))
+        set_vector(rows, k * slots + p, rows.at.slip, slip)
     return excess
 
 
