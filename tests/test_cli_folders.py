@@ -27,10 +27,30 @@ def test_another_run_is_never_overwritten_without_force(tmp_path, capsys):
     assert main(wrong) == 2, "one cell cannot lose the mass of two faces: found when the run is planned"
     assert {path: path.read_bytes() for path in before} == before, "bad input must not cost the older run"
 
+    late = ["run", "bar-impact", *SMALL, "--set", "cfl=1e-12", "--force", "--out", str(out)]
+    assert main(late) == 2, "too many steps: found when the stable step is known"
+    assert {path: path.read_bytes() for path in before} == before
+
     assert main(["run", "bar-impact", "--set", "cells=5", "--frames", "0", "--force", "--out", str(out)]) == 0
     assert read(out / "summary.json")["parameters"]["cells"] == 5
     assert foreign.read_text(encoding="utf-8") == "mine"
     assert names(out) == NUMBERS | {"notes.txt"}
+
+
+def test_a_run_that_was_put_aside_by_a_killed_one_is_named_and_put_back(tmp_path, capsys):
+    """What a run with --force leaves that is killed while it compiles."""
+    assert main(["run", "bar-impact", *SMALL, "--quiet", "--out", str(tmp_path)]) == 0
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    aside = tmp_path / ".replaced"
+    aside.mkdir()
+    for path in before:
+        path.rename(aside / path.name)
+    for words in (["info"], ["resume"], ["export"], ["render"]):
+        assert main([*words, str(tmp_path)]) == 2
+        assert "move the files in .replaced back" in capsys.readouterr().err
+    assert main(["run", "bar-impact", *SMALL, "--out", str(tmp_path)]) == 2
+    assert "--force" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_default_folder_is_named_after_the_case(tmp_path, monkeypatch):

@@ -348,7 +348,34 @@ HUGE = {
     "layer duration": lambda: friction_layer.solve(duration=1e300),
     "layer points": lambda: friction_layer.solve(points=2**40),
     "layer thickness": lambda: friction_layer.solve(thickness=1e-300),
+    "center": lambda: tc.simulate(tc.Scene(rigid(center=(1e200, 0.0, 0.0), inertia=1.0), duration=1e-6)),
+    "stiffness of a pair": lambda: tc.Scene([of_law(1e308, 0.0), of_law(1e5, 3.0)], duration=1e-6).pairs,
 }
+
+
+def rigid(**options):
+    """A body with a rigid part."""
+    part = tc.RigidPart("zmax", mass=1.0, **options)
+    return tc.Body(MESH, tc.NeoHookean(1e6, 0.3, 1e3), rigid_parts=[part])
+
+
+def of_law(first, height):
+    """A body that can touch another."""
+    mesh = tc.Mesh(np.add(MESH.nodes, (0.0, 0.0, height)), MESH.cells, kind=MESH.kind, face_sets=MESH.face_sets)
+    return tc.Body(mesh, tc.MooneyRivlin(first, 1e5, 1e7, 1e3), contact="zmin")
+
+
+@pytest.mark.parametrize("value", [(True, 0.0, 1.0), [1, False, 0]])
+def test_truth_values_among_numbers_are_refused(value):
+    """NumPy would make numbers of them."""
+    with pytest.raises(tc.InputError, match="finite numbers"):
+        tc.Body(MESH, tc.NeoHookean(1e6, 0.3, 1e3), velocity=value)
+
+
+def test_a_spring_to_a_set_without_name_is_refused():
+    body = tc.Body(MESH, tc.NeoHookean(1e6, 0.3, 1e3), springs=[tc.Spring("zmax", stiffness=1.0, to="")])
+    with pytest.raises(tc.InputError, match="use one of"):
+        tc.simulate(tc.Scene(body, duration=1e-6))
 
 
 @pytest.mark.parametrize("name", HUGE)

@@ -47,7 +47,7 @@ def step_count(field: str, dt: float, duration: float) -> None:
     """Refuse a step so small that a run would never end."""
     if not duration / dt <= MAXIMUM_STEPS:  # inf too
         raise InputError(
-            field, dt, f"takes more than {MAXIMUM_STEPS:.0e} steps for {duration:g} s; shorten the duration"
+            field, dt, f"takes more than {MAXIMUM_STEPS:.0e} steps for {duration:g} s; give a longer step or less time"
         )
 
 
@@ -61,6 +61,8 @@ def floats(field: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     wanted = f"give finite numbers of shape {list(shape)}"
     try:
         given = np.asarray(value)
+        if isinstance(value, (list, tuple)) and any(isinstance(entry, bool) for entry in value):
+            raise TypeError(bool)  # NumPy makes numbers of truth values among numbers
         if given.dtype.kind not in "iufO":  # text, truth values, dates and complex numbers would be converted
             raise TypeError(given.dtype)
         result = np.array(given, dtype=np.float64)

@@ -10,9 +10,10 @@ from pathlib import Path
 
 from ..base import validate
 from ..base.errors import InputError, OutputError
-from ..run.folder_lock import locked
+from ..run.folder_lock import ASIDE, PUT_ASIDE, locked
 
 NO_RESULT = "no such file; give a result.vtkhdf or the folder of a run"
+KEPT = ("summary.json", "history.csv", "checkpoint-?.npz")  # what a run leaves that has begun
 OURS = (
     "summary.json",
     "history.csv",
@@ -68,7 +69,7 @@ OURS = (
 def result_file(given: Path) -> Path:
     """Return the result file that a word names: itself, or that of a folder. Raises `InputError` if there is none."""
     path = given / "result.vtkhdf" if validate.is_folder(given) else given
-    validate.file_exists("file", path, NO_RESULT)
+    validate.file_exists("file", path, PUT_ASIDE if (path.parent / ASIDE / path.name).is_file() else NO_RESULT)
     return path
 
 
@@ -114,8 +115,9 @@ def writable(folder: Path) -> Iterator[None]:
 def replacing(folder: Path, force: bool) -> Iterator[None]:
     """Let a new run write into the folder; the files of an older run go when the new one has succeeded.
 
-    If the new run raises before it wrote anything, the older files come back. Files that are not ours stay where they
-    are. Raises `InputError` if the folder holds a run and force is False, if it is no folder, or takes no files.
+    If the new run is refused before it has begun, the older files come back; where a kill has ended one at its start,
+    the next run puts them back. Files that are not ours stay where they are. Raises `InputError` if the folder holds
+    a run and force is False, if it is no folder, or takes no files.
     """
     with writable(folder):
         if folder.exists() and not folder.is_dir():
@@ -125,21 +127,25 @@ def replacing(folder: Path, force: bool) -> Iterator[None]:
 
 
 def _replacing(folder: Path, force: bool) -> Iterator[None]:
-    old = our_files(folder)
-    if old and not force:
-        raise InputError("--out", str(folder), "holds another run; name another folder or add --force to replace it")
-    aside = folder / ".replaced"
+    aside = folder / ASIDE
     if aside.is_symlink():
         remedy = "is a symbolic link, which is not followed; remove it, or name another folder"
         raise InputError("--out", str(aside), remedy)
+    if our_files(aside) and not our_files(folder):  # a kill has ended the run that was to replace them
+        _put_back(folder)
+    old = our_files(folder)
+    if old and not force:
+        raise InputError("--out", str(folder), "holds another run; name another folder or add --force to replace it")
+    shutil.rmtree(aside, ignore_errors=True)
     for path in old:
         _move(path, aside / path.relative_to(folder))
     try:
         yield
-    except BaseException:
-        if not our_files(folder):
-            for path in old:
-                _move(aside / path.relative_to(folder), path)
+    except BaseException as error:
+        new = our_files(folder)
+        begun = any(path.match(pattern) for path in new for pattern in KEPT) or not isinstance(error, InputError)
+        if not (new and begun):
+            _put_back(folder)
         raise
     finally:
         shutil.rmtree(aside, ignore_errors=True)
@@ -151,6 +157,16 @@ def _replacing(folder: Path, force: bool) -> Iterator[None]:
                 and not any(path.parent.iterdir())
             ):
                 path.parent.rmdir()
+
+
+def _put_back(folder: Path) -> None:
+    """Remove the files of a run that has not begun, and give the older run its place again, if there is one."""
+    for path in our_files(folder):
+        path.unlink()
+    aside = folder / ASIDE
+    for path in our_files(aside):
+        _move(path, folder / path.relative_to(aside))
+    shutil.rmtree(aside, ignore_errors=True)
 
 
 def _move(source: Path, target: Path) -> None:

@@ -17,7 +17,7 @@ from ..results.acting_force import acting_force
 from ..results.report import check_lines, si
 from ..show.render.colours import FIELDS
 from . import options
-from .folder import NO_RESULT
+from .folder import ASIDE, NO_RESULT, PUT_ASIDE
 from .run import show
 
 if TYPE_CHECKING:
@@ -49,7 +49,10 @@ def run(arguments: argparse.Namespace) -> int:
     if whole:
         path = path / "result.vtkhdf"
         if not path.is_file() and data is None:
-            raise InputError("file", str(folder), "holds no run: neither summary.json nor result.vtkhdf")
+            aside = (folder / ASIDE / "result.vtkhdf").is_file()
+            raise InputError(
+                "file", str(folder), PUT_ASIDE if aside else "holds no run: neither summary.json nor result.vtkhdf"
+            )
     if data is None:
         validate.file_exists("file", path, NO_RESULT)
     if path.is_file():

@@ -101,6 +101,9 @@ def rigid_parts(
             inertia += inertia_matrix(part.inertia, np.eye(3))
         elif own:
             inertia += own / masses.sum() * of_nodes
+        if not np.isfinite([*inertia.flat, *joint]).all():
+            remedy = "its inertia overflows; look at the units of center, mass and density"
+            raise InputError("Body.rigid_parts", part, remedy)
         if not np.linalg.eigvalsh(inertia)[0] > 1e-9 * np.trace(inertia):
             raise InputError("RigidPart.inertia", part.inertia, "its nodes lie on a line: give mass and inertia")
         reference = middle if part.center is None else part.center

@@ -16,6 +16,8 @@ except ImportError:  # Windows: folders are not locked there
     fcntl = None  # type: ignore[assignment]
 
 NAME = ".running"
+ASIDE = ".replaced"  # folder in that of a run: the files of an older run until the new one has succeeded
+PUT_ASIDE = f"a run that was to replace it was killed at its start; move the files in {ASIDE} back"
 _held: dict[Path, int] = {}  # and the file that is locked
 
 

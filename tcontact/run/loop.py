@@ -105,6 +105,9 @@ class Run:
             self.limits = []  # it does not change: free the memory
         self.shape = ShapeWatch(self.domains, self.limits) if self.limits else None
         self.dt: float = self.scheme.step_size(self.dt_limit)
+        if not np.isfinite(self.dt):
+            raise InputError("scheme.dt", self.dt, "the stable step is not finite; give dt")
+        validate.step_count("scheme.dt", self.dt, scene.duration)
         self.history = History(history_every, planned.layout, planned.factors, scheme.implicit, history_rows)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
@@ -166,9 +169,6 @@ class Run:
         frames: number of frames; started: time at which the call of the user began; keeper: writes checkpoints. A run
         restored from a checkpoint continues from there, with its frames.
         """
-        if not np.isfinite(self.dt):
-            raise InputError("scheme.dt", self.dt, "the stable step is not finite; give dt")
-        validate.step_count("scheme.dt", self.dt, self.scene.duration)
         end = self.scene.duration * (1.0 - 1e-9)
         course, first, output, compiled = self.course, True, 0.0, started
         spent = course.wall

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..results.files.vtkhdf import ResultData
+from .folder_lock import ASIDE, PUT_ASIDE
 from .recorder import FILE
 
 NOT_ON_ALL = "holds no checkpoint that all ranks have; run again"
@@ -23,7 +24,8 @@ def nothing(folder: Path, damaged: bool) -> str:
     if damaged:
         return "its checkpoints are damaged; run again"
     if not (folder / FILE).is_file():
-        return "holds no run; give the folder of a run that stopped"
+        aside = (folder / ASIDE / FILE).is_file()
+        return PUT_ASIDE if aside else "holds no run; give the folder of a run that stopped"
     reason = ResultData.open(folder / FILE).attributes.get("reason")
     if reason == "interrupted":
         return "the run there was interrupted and left no checkpoint: run again, with checkpoint= (--checkpoint)"

@@ -203,6 +203,11 @@ def _ranks(bodies: Sequence[Body]) -> list[tuple[bool, int, float, int]]:
     Nodes that supports hold in all components cannot be slaves: bodies with such contact nodes come last.
     """
     softest = min(_stiffness(body) for body in bodies)
+    for index, body in enumerate(bodies):
+        if not np.isfinite(_stiffness(body)):
+            raise InputError(
+                f"Scene.bodies[{index}].material", body.material, "its stiffness overflows; look at the units"
+            )
     keys = []
     for index, body in enumerate(bodies):
         power = round(float(np.log2(_stiffness(body) / softest)))

@@ -126,11 +126,11 @@ def springs_of(scene: Any) -> Iterator[SceneSpring]:
             field = f"Scene.bodies[{index}].springs[{number}]"
             first = _end(scene, index, spring.set)
             other = spring.to
-            if other is None or isinstance(other[0], float):
+            if isinstance(other, str):
+                second = _end(scene, index, other)
+            elif other is None or isinstance(other[0], float):
                 place = first.start if other is None else np.array(other)
                 second = End(None, np.zeros(0, dtype=np.int64), place, place)
-            elif isinstance(other, str):
-                second = _end(scene, index, other)
             else:
                 labels = [scene.label(at) for at in range(len(scene.bodies))]
                 if other[0] not in labels:
