@@ -47,7 +47,7 @@ NODE_CHANGE = 1e-14  # relative change of its increment at which they end
 ROUNDS = 2  # iterations between normal and tangential force of one row in a sweep; the sweeps converge them
 SEARCH = 100  # trials of the pressing force where these iterations diverge, at most
 CLOSED = 1e-12  # gap over the gap without contact at which the search ends
-UNSOLVED = 1e-30  # least residual of a row that slips, over the friction that it can have
+UNSOLVED = 1e-30  # least residual of a row that slips, over the friction that it can have and its pressing force
 
 
 @ti.func
@@ -197,7 +197,7 @@ def measure_slip(
         limit = friction_limit(contact, rows, k, p, pressing)
         excess = ti.max(excess, friction.norm() - limit)
         slip = slip_of(body, boundary, contact, rows, coupling, k, r)
-        excess = ti.max(excess, ti.select(slip.dot(slip) > 0.0, UNSOLVED * limit, 0.0))
+        excess = ti.max(excess, ti.select(slip.dot(slip) > 0.0, UNSOLVED * ti.min(limit, pressing[p]), 0.0))
         set_vector(rows, k * slots + p, rows.at.slip, slip)
     return excess
 

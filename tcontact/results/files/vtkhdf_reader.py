@@ -356,6 +356,8 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         remedy = "not an HDF5 file, empty or cut short; give a result.vtkhdf that a run wrote"
         if path.stat().st_size == 0:
             remedy = "is empty: the run has stored nothing yet: read it again, or give a result.vtkhdf that a run wrote"
+        if isinstance(error, PermissionError):
+            remedy = "cannot be read: permission denied"
         raise InputError("path", str(path), remedy) from error
     try:
         with file:
