@@ -100,6 +100,7 @@ def test_a_value_that_is_not_finite_stops_as_diverged():
     result = tc.simulate(scene)
     assert result.reason == "diverged"
     assert "not finite" in result.message
+    assert "units of velocities" in result.message
     explained(result)
 
 

@@ -15,6 +15,7 @@ from .history import History
 from .worst_cell import worst_cell_of
 
 GROWTH = 10.0  # energy over the largest energy of the run above which it has diverged
+AT_ONCE = 2  # rows up to which a value that is not finite comes from the start and not from the step
 TINY = 1e-14  # energy per volume over density c^2 below which it is rounding
 
 
@@ -74,7 +75,9 @@ class Guards:
             what += "" if not finite else f" the {history.budget():.3g} J that the run started with or was given"
             _law, where = self.worst(step)
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"
-            if self.implicit:
+            if not (finite or over_limit) and history.steps <= AT_ONCE:
+                advice = "look at the units of velocities, loads, gravity and density: no step is small enough"
+            elif self.implicit:
                 advice = REMEDY
             return Stop("diverged", f"{what} {time}; {where}; {advice}")
         for state in self.states:
