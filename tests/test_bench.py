@@ -180,6 +180,13 @@ def test_parts_exist_where_the_scene_has_them(rows):
     assert alone | touching <= {*parts.OF_A_BODY, *parts.OF_THE_RUN, "loop"}
 
 
+def test_the_step_of_a_small_body_is_one_part():
+    """Its one launch was listed as the static solve."""
+    found = parts.parts_of_a_step(blocks.block("hex8", "linear", 2, "normal", duration=1e-5))
+    assert found[parts.WHOLE_STEP] > 0.0
+    assert not {"force and update", "boundary nodes and static solve"} & found.keys()
+
+
 def test_bar_of_a_hundred_cells_is_judged_by_its_exact_solution(monkeypatch):
     monkeypatch.setattr(small, "RUNS", 1)
     found = small.bar("cpu", THREADS)

@@ -7,6 +7,7 @@ import csv
 import dataclasses
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -197,6 +198,11 @@ def test_info_refuses_what_is_no_run(tmp_path, capsys):
     assert main(["info", str(tmp_path / "result.vtkhdf")]) == 2
     assert main(["info", str(tmp_path / "empty")]) == 2
     assert "holds no run" in capsys.readouterr().err
+    damaged = ({"checks": "all passed"}, {"checks": [1]}, {"runs": 3}, {"dt": "short"}, {"figures": {"slow": 1}})
+    for part in damaged:
+        (tmp_path / "empty" / "summary.json").write_text(json.dumps({"case": "a"} | part), encoding="utf-8")
+        assert main(["info", str(tmp_path / "empty")]) == 2
+        assert re.search("not the summary|damaged", capsys.readouterr().err)
 
 
 def test_render_draws_another_field_into_another_folder(cube, tmp_path, capsys):

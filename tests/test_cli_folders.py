@@ -31,6 +31,10 @@ def test_another_run_is_never_overwritten_without_force(tmp_path, capsys):
     assert main(late) == 2, "too many steps: found when the stable step is known"
     assert {path: path.read_bytes() for path in before} == before
 
+    for words in (wrong[1:-3], late[1:-3]):
+        assert main(["run", *words, "--out", str(tmp_path / "new" / "run")]) == 2
+        assert not (tmp_path / "new").exists(), "a refused run leaves no folder"
+
     assert main(["run", "bar-impact", "--set", "cells=5", "--frames", "0", "--force", "--out", str(out)]) == 0
     assert read(out / "summary.json")["parameters"]["cells"] == 5
     assert foreign.read_text(encoding="utf-8") == "mine"

@@ -152,7 +152,11 @@ def test_a_name_cannot_break_the_page(tmp_path):
 
 def test_a_summary_that_cannot_be_read_leaves_its_checks_unknown(tmp_path):
     place = moving(tmp_path, frames=1)
-    for spoil in (lambda path: path.write_text("[1,2"), Path.unlink):
+    for spoil in (
+        lambda path: path.write_text("[1,2"),
+        lambda path: path.write_text('{"case": "a", "checks": "all passed"}'),
+        Path.unlink,
+    ):
         spoil(place / "summary.json")
         (run,) = data_of(document.write_page([place], tmp_path / "page.html"))["runs"]
         assert "checks unknown" in run["verdict"]["text"]

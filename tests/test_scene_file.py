@@ -199,6 +199,19 @@ def test_what_is_no_file_is_refused(path):
         tc.load_scene(path)
 
 
+def test_an_error_of_a_box_names_the_key_of_the_file(tmp_path):
+    (tmp_path / "scene.toml").write_text(
+        """duration = 1.0
+        [[bodies]]
+        mesh = { box = [1.0, -1.0, 1.0], cells = [1, 1, 1] }
+        material = { type = "LinearElastic", young = 1.0, poisson = 0.0, density = 1.0 }
+        """
+    )
+    with pytest.raises(tc.InputError) as caught:
+        tc.load_scene(tmp_path / "scene.toml")
+    assert caught.value.field == "bodies[0].mesh: box"
+
+
 def test_a_motion_that_is_a_function_is_refused():
     with pytest.raises(tc.InputError, match="function of time"):
         tc.save_scene(scene(obstacles=[tc.Plane(point=(0, 0, -1), velocity=lambda t: (0, 0, t))]), "never.toml")

@@ -15,6 +15,7 @@ from ..base.errors import InputError
 from ..results import report
 from ..results.acting_force import acting_force
 from ..results.report import check_lines, si
+from ..results.stored import is_summary
 from ..show.render.colours import FIELDS
 from . import options
 from .folder import ASIDE, NO_RESULT, PUT_ASIDE
@@ -37,12 +38,12 @@ def run(arguments: argparse.Namespace) -> int:
     folder = path if whole else path.parent
     data = _summary(folder / "summary.json") if whole or path.name == "result.vtkhdf" else None
     if data is not None and "runs" in data:
-        for name in data["runs"]:
+        for name in map(str, data["runs"]):
             part = _summary(folder / name / "summary.json")
-            show(report.lines(part) if part else [f"{folder / name}: no summary.json"])
+            show(_table(part, folder / name) if part else [f"{folder / name}: no summary.json"])
         return 0
     if data is not None:
-        show(report.lines(data) if "dt" in data else _own(data))
+        show(_table(data, folder))
         settings = ", ".join(f"{key}={_short(value)}" for key, value in data["parameters"].items())
         made = ", ".join(f"{key} {value}" for key, value in data["versions"].items())
         show([*(_wrapped("set", settings) if settings else []), *_wrapped("made by", made)])
@@ -96,6 +97,15 @@ def contents(path: Path) -> list[str]:
     return found
 
 
+def _table(data: dict[str, Any], folder: Path) -> list[str]:
+    """Return the lines of a summary. Raises `InputError` where a part of it is missing, or is not of its type."""
+    try:
+        return report.lines(data) if "dt" in data else _own(data)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        text = f"is damaged ({type(error).__name__}: {error}); remove it, or run the case again"
+        raise InputError("file", str(folder / "summary.json"), text) from error
+
+
 def _own(data: dict[str, Any]) -> list[str]:
     """Return the lines of a run of a case without a mechanical scene."""
     found = [str(data["case"])]
@@ -145,6 +155,11 @@ def _summary(path: Path) -> dict[str, Any] | None:
         data = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise InputError("file", str(path), f"is not readable ({error}); run the case again") from error
-    if not isinstance(data, dict) or not ({"case", "runs", "reason"} & data.keys()):
-        raise InputError("file", str(path), "is not the summary of a run")
-    return {"case": path.absolute().parent.name, "checks": [], "parameters": {}} | data  # as `simulate` leaves it
+    if not is_summary(data) or not ({"case", "runs", "reason"} & data.keys()):
+        raise InputError("file", str(path), "is not the summary of a run; remove it, or run the case again")
+    return {
+        "case": path.absolute().parent.name,
+        "checks": [],
+        "parameters": {},
+        "versions": {},
+    } | data  # as `simulate` leaves it

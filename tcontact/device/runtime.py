@@ -68,7 +68,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     if arch not in ("cpu", "cuda"):
         raise InputError("arch", arch, "use 'cpu' or 'cuda'")
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or not 1 <= threads <= MOST):
-        raise InputError("threads", threads, f"give a whole number from 1 to {MOST}, or None for all cores")
+        raise InputError("threads", threads, f"give a whole number from 1 to {MOST}, or leave it out for all cores")
     if _copied:
         remedy = "it has no threads; start workers before the first run, or by multiprocessing.get_context('spawn')"
         raise InputError("process", "a copy (fork) of one that has computed", remedy)

@@ -22,6 +22,9 @@ RUNNING = "the run has not ended: it goes on, or `tcontact resume` goes on with 
 ELSEWHERE = "is in checkpoints and in the Result of `simulate` alone"
 NUMBERS = ("time", "dt", "dt_limit", "wall_s", "compile_s", "cell_updates_per_s")
 
+PARTS = {"parameters": dict, "versions": dict, "figures": dict, "checks": list, "runs": list, "warnings": list}
+CHECK = {"name", "value", "bound", "passed"}  # of a check in a summary
+
 
 class NotStored(InputError, AttributeError):
     """What was asked for is not in the files of the run."""
@@ -208,9 +211,16 @@ def open_result(folder: Path | str, scene: Any = None, scheme: Any = None) -> St
 
 
 def read_summary(folder: Path) -> dict[str, Any]:
-    """Return what the summary.json of a folder holds, {} where there is none that can be read."""
+    """Return what the summary.json of a folder holds, {} where there is none that can be read as one."""
     try:
         found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return found if is_summary(found) else {}
+
+
+def is_summary(data: Any) -> bool:
+    """Tell whether data from a summary.json are named parts, each of the type that it has there."""
+    if not isinstance(data, dict) or not all(isinstance(data.get(name, kind()), kind) for name, kind in PARTS.items()):
+        return False
+    return all(isinstance(check, dict) and check.keys() >= CHECK for check in data.get("checks", ()))

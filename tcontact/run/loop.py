@@ -106,7 +106,9 @@ class Run:
         self.shape = ShapeWatch(self.domains, self.limits) if self.limits else None
         self.dt: float = self.scheme.step_size(self.dt_limit)
         if not np.isfinite(self.dt):
-            raise InputError("scheme.dt", self.dt, "the stable step is not finite; give dt")
+            raise InputError(
+                "scheme.dt", self.dt, "the stable step is not finite; check density, elastic constants and units"
+            )
         validate.step_count("scheme.dt", self.dt, scene.duration)
         self.history = History(history_every, planned.layout, planned.factors, scheme.implicit, history_rows)
         records = [(state, state.pressure_record()) for state in self.states if pressures]

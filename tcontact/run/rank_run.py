@@ -58,7 +58,7 @@ from .rank_lead import RankGuards, RankLooks
 from .rank_plan import plan_and_parts
 from .rank_recut import other_ranks, restore_parts
 from .rank_snapshot import WholeBodies, WholeSnapshot
-from .recorder import Recorder, check_folder, make_folder
+from .recorder import Recorder, check_folder, made_folder
 from .snapshot import Snapshot
 from .watches.looks import Looks
 from .written_run import carry_out
@@ -293,7 +293,7 @@ def simulate_on_ranks(
         check_laws(scene, asked.scheme)
         on_first(team, lambda: check_starts(planned.domains, asked.start[0]))  # type: ignore[arg-type]
         if folder is not None:
-            on_first(team, lambda: make_folder(folder))
+            on_first(team, lambda: ending.enter_context(made_folder(folder)))
             if team.leads:
                 ending.enter_context(locked(folder))
         run = _made(RankRun, team, planned, parts, asked)

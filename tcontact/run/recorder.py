@@ -56,12 +56,24 @@ def check_folder(out: Any) -> Path:
     return folder
 
 
-def make_folder(folder: Path) -> None:
-    """Make the output folder before the run. Raises `InputError` if that is impossible."""
+@contextmanager
+def made_folder(folder: Path) -> Iterator[None]:
+    """Make the output folder; a run that is refused leaves none behind that was not there and is empty.
+
+    Raises `InputError` if it cannot be made.
+    """
+    new = [place for place in (folder, *folder.parents) if not place.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError("out", str(folder), f"cannot be made ({error.strerror}); name another folder") from error
+    try:
+        yield
+    except InputError:
+        with suppress(OSError):  # it holds something
+            for place in new:
+                place.rmdir()
+        raise
 
 
 @contextmanager

@@ -34,7 +34,7 @@ from .prepared import checkpoint_head, finished_plan, start_layers
 from .progress import ProgressBar
 from .rank_checks import check_alike, check_ranks, check_same_start
 from .rank_run import Asked, simulate_on_ranks
-from .recorder import Recorder, check_folder, make_folder, writing_beside
+from .recorder import Recorder, check_folder, made_folder, writing_beside
 from .written_run import carry_out
 
 
@@ -141,7 +141,7 @@ def simulate(
         check_starts(planned.domains, displacement)
         check_laws(scene, scheme)
         if folder is not None:
-            make_folder(folder)
+            ending.enter_context(made_folder(folder))
         ending.enter_context(counted(_kind(planned, scheme, arch, precision, folder is not None and frames > 0)))
         process = None
         if folder is not None:

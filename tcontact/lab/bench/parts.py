@@ -28,6 +28,7 @@ OF_A_BODY = {
     "search of pairs": "contact.pairs.search",
     "coupling of pairs": "contact.pairs.rebuild",
 }
+WHOLE_STEP = "whole step, small body"  # one launch with force, contact and row, which cannot be timed apart
 PAIR_PARTS = ("search of pairs", "coupling of pairs")
 WHOLE = "stable step"
 OF_THE_RUN = {"history": "history.add", "guards": "guards.check", WHOLE: "_watch"}
@@ -103,12 +104,14 @@ def parts_of_a_step(scene: Scene, precision: str = "f64", calls: dict[str, float
         1,
     )
     parts = Parts()
+    state = run.domains[0]
+    at_once = state.domain.small and state.serial is not None
     for part, path in OF_A_BODY.items():
-        parts.time(run.domains[0], path, part)
+        parts.time(state, path, WHOLE_STEP if at_once and path == "serial.run" else part)
     for part, path in OF_THE_RUN.items():
         parts.time(run, path, part)
     result = run.go(0, None, FirstStep(parts.reset), perf_counter())
     if calls is not None:
-        calls |= calls_of_a_block(run.domains[0], run.dt) or {}
+        calls |= calls_of_a_block(state, run.dt) or {}
     found = {part: seconds / result.steps for part, seconds in parts.seconds.items()}
     return found | {"loop": result.wall_s / result.steps - sum(found.values())}

@@ -10,6 +10,7 @@ from typing import Any
 from ...device.atomic_file import unlinked
 from . import alternatives, device_model, layer, queries, rubbing, waiting
 from .columns import columns
+from .parts import WHOLE_STEP
 
 MEANING = """\
 Mcell/s      million cell updates a second of the whole step: force, update, contact, history; median [quartiles]
@@ -149,6 +150,7 @@ def _failure(row: Mapping[str, Any]) -> str:
 def _parts(row: Mapping[str, Any]) -> dict[str, str]:
     """Return the microseconds by group of parts."""
     groups = {
+        "whole step": (WHOLE_STEP,),
         "force and update": ("force and update",),
         "contact cells": ("contact cells",),
         "boundary, static solve": ("boundary nodes and static solve",),

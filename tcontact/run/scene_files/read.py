@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -174,7 +174,8 @@ class Reader:
         for first, names, build in (("box", BOX, box_mesh), ("file", FILE, self._mesh_file), ("nodes", ARRAYS, Mesh)):
             if first in given:
                 check_keys(place, given, names)
-                return made(place, build, {names[key]: value for key, value in given.items()})
+                values = {names[key]: value for key, value in given.items()}
+                return made(place, build, values, {name: key for key, name in names.items()})
         remedy = 'give box = [..] and cells = [..], a table ring, cylinder or ball, file = "a.msh", or nodes and cells'
         raise InputError(place, list(given), remedy)
 
@@ -281,12 +282,16 @@ def _from_npz(place: str, file: Path, names: list[str] | None) -> dict[str, np.n
     raise InputError(place, missing[0], f"{file.name} holds no such array; it holds {held}")
 
 
-def made(place: str, build: Callable[..., Any], values: dict[str, Any]) -> Any:
-    """Call `build` with the values; its errors and those for missing arguments name the place."""
+def made(place: str, build: Callable[..., Any], values: dict[str, Any], keys: Mapping[str, str] | None = None) -> Any:
+    """Call `build` with the values; its errors and those for missing arguments name the place.
+
+    keys: of the file, by the argument, where they differ.
+    """
     try:
         return build(**values)
     except InputError as error:
-        raise InputError(f"{place}: {error.field}", error.value, error.remedy) from error
+        field = (keys or {}).get(error.field, error.field)
+        raise InputError(f"{place}: {field}", error.value, error.remedy) from error
     except TypeError as error:
         if "argument" not in str(error):
             raise
