@@ -1,5 +1,7 @@
 """Kills, full disks, folders that cannot be written, two runs at once: nothing complete is lost or damaged."""
 
+import errno
+import json
 import os
 import random
 import resource
@@ -233,6 +235,37 @@ def test_a_full_disk_keeps_the_frames_and_the_run_goes_on_when_there_is_room(tmp
     same_files(place, tmp_path / "straight")
 
 
+def test_a_full_disk_before_the_first_checkpoint_keeps_the_rows_too(tmp_path):
+    with largest_file(150_000), pytest.raises(tc.OutputError, match=r"run again; history\.csv has the rows") as caught:
+        tc.simulate(SCENES["full removal"](), FINE, out=tmp_path, frames=30)
+    result, rows = caught.value.result, np.genfromtxt(tmp_path / "history.csv", delimiter=",", names=True)
+    assert result.reason == "not-written"
+    assert np.array_equal(rows["time"], result.history["time"])
+    assert np.array_equal(rows["energy_error"], result.history["energy_error"])
+    assert json.loads((tmp_path / "summary.json").read_text())["reason"] == "not-written"
+    stored = tc.open_result(tmp_path)
+    with pytest.raises(tc.InputError, match=r"before its first checkpoint.*history\.csv has its rows"):
+        _ = stored.history
+    assert main(["info", str(tmp_path)]) == 0
+
+
+def test_a_disk_that_is_full_when_pictures_are_drawn_costs_no_run(tmp_path, monkeypatch, capsys):
+    from tcontact.show import plots
+
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    words = ["run", "bar-impact", "--set", "cells=4", "--frames", "2", "--quiet", "--out", str(tmp_path)]
+    with monkeypatch.context() as patch:
+        patch.setattr(plots, "_save", full)
+        assert main(words) == 1
+    text = capsys.readouterr().err
+    assert "the run has ended and is kept; make room, then `tcontact resume" in text
+    assert not (tmp_path / "contact-force.png").exists()
+    assert main(["resume", str(tmp_path), "--quiet"]) == 0
+    assert (tmp_path / "contact-force.png").exists()
+
+
 def test_a_full_file_system(tmp_path, monkeypatch):
     """A run whose 300 kB file system fills up says so and keeps its frames; skipped where none can be mounted."""
     monkeypatch.setattr(frame_fields, "check_room", lambda *_: None)
@@ -245,6 +278,7 @@ def test_a_full_file_system(tmp_path, monkeypatch):
         with pytest.raises(tc.OutputError, match=r"No space left on device.*run again"):
             tc.simulate(SCENES["full removal"](), FINE, out=disk / "run", frames=60)
         count = len(ResultData.open(disk / "run/result.vtkhdf"))
+        assert "run again" in tc.open_result(disk / "run").message, "there is no checkpoint to go on from"
         assert count > 3
         with pytest.raises((tc.InputError, tc.OutputError), match="make room"):
             tc.simulate(SCENES["full removal"](), FINE, out=disk / "next", frames=60)

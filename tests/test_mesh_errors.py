@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
+import tcontact as tc
 from tcontact.base.errors import InputError
 from tcontact.base.warning_kinds import MeshWarning
 from tcontact.mesh.box import box_mesh
@@ -177,3 +180,29 @@ def test_a_motion_turns_no_cell():
     """Cells that lose their shape in rounding are refused by the motion that did it, never turned."""
     with pytest.raises(InputError, match="nearer the origin"):
         TET.translated((0.3e17, 0.0, 0.0))
+
+
+def test_nodes_in_one_place_that_join_no_cells_are_warned_of_and_the_remedy_joins_them():
+    """As a mesh arrives that was written cell by cell."""
+    box = tc.box_mesh(size=(2.0, 1.0, 1.0), cells=(2, 1, 1))
+    nodes, cells = box.nodes[box.cells].reshape(-1, 3), np.arange(16).reshape(2, 8)
+    with pytest.warns(tc.MeshWarning, match="4 nodes have the place of another one"):
+        tc.Mesh(nodes, cells, "hex8")
+    nodes, number = np.unique(nodes, axis=0, return_inverse=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        joined = tc.Mesh(nodes, number.reshape(-1)[cells], "hex8")
+    assert joined.node_count == box.node_count
+
+
+def test_a_cell_with_two_nodes_in_one_place_is_refused_by_name_where_its_size_counts():
+    box = tc.box_mesh(size=(1.0, 1.0, 2.0), cells=(1, 1, 2))
+    nodes = box.nodes.copy()
+    nodes[11] = nodes[10]
+    with pytest.warns(tc.MeshWarning, match="1 nodes have the place of another one \\(11 that of 10\\)"):
+        mesh = tc.Mesh(nodes, box.cells, "hex8", face_sets={"zmin": box.face_sets["zmin"]})
+    with pytest.raises(tc.InputError, match="two nodes of a cell are in one place"):
+        _ = mesh.shortest_edge
+    body = tc.Body(mesh, tc.NeoHookean(young=1e6, poisson=0.3, density=1e3), velocity=(0.0, 0.0, -1.0), contact="zmin")
+    with pytest.raises(tc.InputError, match="two nodes of a cell are in one place"):
+        tc.simulate(tc.Scene([body], duration=1e-3, obstacles=[tc.Plane((0.0, 0.0, -0.1))]))

@@ -15,7 +15,7 @@ from ..base.errors import InputError
 from ..results import report
 from ..results.acting_force import acting_force
 from ..results.report import check_lines, si
-from ..results.stored import is_summary
+from ..results.stored import is_summary, unended
 from ..show.render.colours import FIELDS
 from . import options
 from .folder import ASIDE, NO_RESULT, PUT_ASIDE
@@ -69,7 +69,7 @@ def contents(path: Path) -> list[str]:
     kinds = ", ".join(f"{len(cells)} {kind}" for kind, cells in data.blocks)
     span = f", {si(data.times[0], 's')} to {si(data.times[-1], 's', 4)}" if len(data) else ""
     if "reason" not in data.attributes:
-        span += "; the run has not ended: it goes on, or `tcontact resume` goes on with it"
+        span += f"; {unended(path.parent)}"
     files = [path, *(part.path for part in data.parts)]
     size = sum(file.stat().st_size for file in files) / 1e6
     found = [f"{path}: {len(data.points)} nodes, {kinds}, {len(data)} frames{span}, {size:.3g} MB"]

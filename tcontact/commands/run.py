@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 from tcontact import cases
 
 from ..base import stages
-from ..base.errors import InputError
+from ..base.errors import InputError, OutputError
 from ..device import ranks
 from ..results import frame_fields, report
 from ..results.result import Result
@@ -151,14 +152,15 @@ def finish(
         return True, result
     checks = case.checks(result)
     data = report.summary(result, case=title, parameters=parameters, checks=checks) | {"origin": origin}
-    report.write_json(out / "summary.json", data)
-    caption = curves.caption_of(title, arguments.set)
-    scene = result.scene
-    curves.draw(out, result, case, curves.normals_of(scene), caption, curves.size_of(scene))
-    if arguments.frames:
-        from ..show.render import render_frames
+    with _after_the_run(out):
+        report.write_json(out / "summary.json", data)
+        caption = curves.caption_of(title, arguments.set)
+        scene = result.scene
+        curves.draw(out, result, case, curves.normals_of(scene), caption, curves.size_of(scene))
+        if arguments.frames:
+            from ..show.render import render_frames
 
-        render_frames(out / "result.vtkhdf", out, field=_coloured(arguments.fields), title=caption)
+            render_frames(out / "result.vtkhdf", out, field=_coloured(arguments.fields), title=caption)
     if result.reason != "interrupted":
         store.remove(out)
     if not arguments.quiet:
@@ -167,6 +169,20 @@ def finish(
     elif not data["passed"]:
         show([line for line in report.lines(data) if "FAIL" in line or not result.ok])
     return data["passed"], result
+
+
+@contextmanager
+def _after_the_run(out: Path) -> Iterator[None]:
+    """Raise `OutputError` where the disk does not take what is drawn of a run that has ended."""
+    try:
+        yield
+    except (OSError, InputError) as error:
+        cause = error if isinstance(error, OSError) else error.__cause__
+        if not isinstance(cause, OSError) or isinstance(error, OutputError):
+            raise
+        go_on = "resume" if any((out / name).exists() for name in store.FILES) else "render"
+        text = f"its summary, curves or pictures cannot be written ({cause.strerror or cause}); the run has ended and"
+        raise OutputError(f"{out}: {text} is kept; make room, then `tcontact {go_on} {out}`") from error
 
 
 def _size(scene: Any, arguments: argparse.Namespace) -> str:

@@ -15,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 
 from ..base.errors import InputError
+from ..base.validate import whole
 from . import workers
 from .cuda import NoDevice, count_devices
 from .kernel_list import strike_lost
@@ -67,8 +68,12 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     global _started
     if arch not in ("cpu", "cuda"):
         raise InputError("arch", arch, "use 'cpu' or 'cuda'")
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or not 1 <= threads <= MOST):
-        raise InputError("threads", threads, f"give a whole number from 1 to {MOST}, or leave it out for all cores")
+    if threads is not None:
+        try:
+            threads = whole("threads", threads, 1, high=MOST)
+        except InputError as error:
+            remedy = f"give a whole number from 1 to {MOST}, or leave it out for all cores"
+            raise InputError("threads", threads, remedy) from error
     if _copied:
         remedy = "it has no threads; start workers before the first run, or by multiprocessing.get_context('spawn')"
         raise InputError("process", "a copy (fork) of one that has computed", remedy)

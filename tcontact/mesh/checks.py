@@ -182,6 +182,21 @@ def checked_surface(blocks: Blocks, node_count: int) -> Surface:
     return skin
 
 
+def warn_of_gaps(nodes: FloatArray, skin: Surface) -> None:
+    """Warn of nodes of the boundary that have the place of another one: their cells are not joined there."""
+    numbers = np.unique(skin.faces)
+    x = nodes[numbers]
+    order = np.lexsort(x.T)
+    doubles = (x[order[1:]] == x[order[:-1]]).all(axis=1)
+    if doubles.any():
+        first, other = numbers[order[:-1][doubles][0]], numbers[order[1:][doubles][0]]
+        text = (
+            f"{int(doubles.sum())} nodes have the place of another one ({other} that of {first}): cells that share no"
+        )
+        text += " node are not joined there. To join them: nodes, number = numpy.unique(nodes, axis=0,"
+        warn(f"{text} return_inverse=True); cells = number[cells]", MeshWarning)
+
+
 def checked_cell_sets(sets: Any, cell_count: int) -> dict[str, IntArray]:
     """Return named cell numbers [k], each a read-only int64 copy, ascending."""
     checked = {}

@@ -59,6 +59,7 @@ class Mesh:
         blocks = checks.checked_blocks(self.cells, self.kind, len(nodes))
         blocks = checks.turned_blocks(nodes, blocks)
         skin = checks.checked_surface(blocks, len(nodes))
+        checks.warn_of_gaps(nodes, skin)
         node_sets = checks.checked_node_sets(self.node_sets, len(nodes))
         face_sets = checks.checked_face_sets(self.face_sets, blocks, len(nodes), skin)
         cell_sets = checks.checked_cell_sets(self.cell_sets, sum(len(cells) for _, cells in blocks))
@@ -157,8 +158,12 @@ class Mesh:
 
     @cached_property
     def shortest_edge(self) -> float:
-        """The length of the shortest edge of its cells [m]."""
-        return min(shortest_edge(self.nodes, cells) for _, cells in self.blocks)
+        """The length of the shortest edge of its cells [m]. Raises `InputError` if two nodes of a cell coincide."""
+        found = min(shortest_edge(self.nodes, cells) for _, cells in self.blocks)
+        if found == 0.0:
+            remedy = "move them apart, or mesh what is a prism with wedge6 cells"
+            raise InputError("Mesh.cells", "an edge of length 0", f"two nodes of a cell are in one place; {remedy}")
+        return found
 
     def nodes_at(self, numbers: IntArray) -> FloatArray:
         """Return the coordinates [.., 3] [m] of nodes of these numbers [..]. Raises `InputError` for others."""

@@ -18,7 +18,7 @@ from .outcome import Outcome
 from .result import Maximum
 
 METALS = ("plastic_strain", "temperature")  # cell fields of metals
-RUNNING = "the run has not ended: it goes on, or `tcontact resume` goes on with it"
+CHECKPOINTS = ("checkpoint-?.npz", "checkpoint-ranks")  # what `tcontact resume` goes on from, in the folder of a run
 ELSEWHERE = "is in checkpoints and in the Result of `simulate` alone"
 NUMBERS = ("time", "dt", "dt_limit", "wall_s", "compile_s", "cell_updates_per_s")
 
@@ -51,7 +51,7 @@ class StoredResult(Outcome):
         known = data.attributes
         self.ok = bool(known.get("ok", False))
         self.reason = str(known.get("reason", "running"))
-        self.message = str(known.get("message", RUNNING))
+        self.message = str(known.get("message") or ("" if "reason" in known else unended(data.path.parent)))
         self.steps = int(known.get("steps", 0))
         self.time, self.dt, self.dt_limit, self.wall_s, self.compile_s, self.cell_updates_per_s = (
             float(known.get(name, "nan")) for name in NUMBERS
@@ -77,8 +77,7 @@ class StoredResult(Outcome):
         history = self.data.history
         if not history or not len(history["time"]):
             folder = self.data.path.parent
-            remedy = f"it holds no history: the run has not ended; `tcontact resume {folder}` goes on with it"
-            raise InputError("file", str(self.data.path), remedy)
+            raise InputError("file", str(self.data.path), f"it holds no history: {unended(folder)}")
         order = {column.name: number for number, column in enumerate(COLUMNS)}
         names = sorted(history, key=lambda name: order.get(name.partition(":")[0], len(order)))
         return {name: history[name] for name in names}
@@ -182,7 +181,7 @@ class StoredResult(Outcome):
 
     def __repr__(self) -> str:
         if self.reason == "running":
-            return f"StoredResult({self.data.path}, {RUNNING}, {len(self.data)} frames)"
+            return f"StoredResult({self.data.path}, {self.message}, {len(self.data)} frames)"
         error = float(self.data.attributes.get("energy_error_max", "nan"))
         return (
             f"StoredResult({self.data.path}, {self.reason}, {self.steps} steps to {self.time:.6g} s,"
@@ -208,6 +207,15 @@ def open_result(folder: Path | str, scene: Any = None, scheme: Any = None) -> St
         raise InputError("folder", str(folder), "holds no result.vtkhdf; give the folder of a run, or its result file")
     summary = read_summary(path.parent) if path.name == "result.vtkhdf" else {}
     return StoredResult(ResultData.open(path), summary, scene, scheme)
+
+
+def unended(folder: Path) -> str:
+    """Return what there is to know of a run whose result file names no end."""
+    goes_on = any(any(folder.glob(name)) for name in CHECKPOINTS)
+    if goes_on:
+        return f"the run has not ended: it goes on, or `tcontact resume {folder}` goes on with it"
+    text = "the run has not ended: it goes on, or it stopped before its first checkpoint and has to be run again"
+    return f"{text}; history.csv has its rows" if (folder / "history.csv").is_file() else text
 
 
 def read_summary(folder: Path) -> dict[str, Any]:

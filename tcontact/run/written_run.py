@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,31 +32,41 @@ def carry_out(
     """Run, write result file, history and summary to the folder, and remove checkpoints without further use.
 
     started: `perf_counter` at the start [s]; on_writer: calls a function on the rank that writes, and raises its error
-    on all of them; attributes: further ones of the summary. Raises `OutputError`, whose `result` is that of the run.
+    on all of them; attributes: further ones of the summary. Raises `OutputError`, whose `result` is that of the run;
+    where history.csv and summary.json still find room, they have its rows up to there.
     """
-    try:
-        result = run.go(frames, recorder, bar, started, keeper)
-        vars(result)["file"] = folder / FILE  # results are frozen, and those of other ranks have not all fields
-        attributes = run_attributes(result) | attributes
-        try:
-            recorder.close(result.history, attributes)
-        except OutputError as error:
-            error.result = result
-            raise
-    finally:
-        recorder.abandon()
 
-    def write() -> None:
+    def write(result: Result) -> None:
         try:
             write_history(folder / "history.csv", result.history)
-            write_json(folder / "summary.json", attributes)
+            write_json(folder / "summary.json", run_attributes(result) | attributes)
         except OSError as error:
             raise unwritten(folder, "history.csv or summary.json", "all frames are", error) from error
-        if result.reason != "interrupted" and not (keeper is not None and keeper.keep):
+
+    result: Result | None = None
+    try:
+        try:
+            result = run.go(frames, recorder, bar, started, keeper)
+            vars(result)["file"] = folder / FILE  # results are frozen, and those of other ranks have not all fields
+            recorder.close(result.history, run_attributes(result) | attributes)
+        finally:
+            recorder.abandon()
+    except OutputError as error:
+        error.result = result if error.result is None else error.result
+        if error.result is not None:
+            with suppress(OutputError):
+                on_writer(partial(write, error.result))
+                error.args = (f"{error}; history.csv has the rows up to there",)
+        raise
+    ended = result
+
+    def finish() -> None:
+        write(ended)
+        if ended.reason != "interrupted" and not (keeper is not None and keeper.keep):
             store.remove(folder)
 
     try:
-        on_writer(write)
+        on_writer(finish)
     except OutputError as error:
         error.result = result
         raise
