@@ -278,3 +278,12 @@ def test_errors_come_back_from_other_processes():
         again = pickle.loads(pickle.dumps(error))
         assert isinstance(again, tc.InputError)
         assert (str(again), again.field, again.remedy) == (str(error), error.field, error.remedy)
+
+
+def test_masked_values_are_refused_and_an_array_of_no_dimension_gets_its_remedy():
+    with pytest.raises(tc.InputError, match="normal"):
+        tc.Plane(normal=np.ma.array([0.0, 0.0, 1.0], mask=[1, 0, 0]))
+    with pytest.raises(tc.InputError, match=r"young.*float\(\.\.\) makes one"):
+        tc.NeoHookean(young=np.array(1e6), poisson=0.3, density=1e3)
+    with pytest.raises(tc.InputError, match="leave it out for all cores"):
+        run(threads=np.float64(1.0))

@@ -20,7 +20,8 @@ def number(
 ) -> float:
     """Return a finite real number, above `low` and below `high` (strictly, or inclusive with strict=False)."""
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise InputError(field, value, "give a finite number")
+        plain = isinstance(value, np.ndarray) and value.shape == ()
+        raise InputError(field, value, "give a plain number: float(..) makes one" if plain else "give a finite number")
     try:
         result = float(value)
     except (OverflowError, ValueError, TypeError) as error:
@@ -60,6 +61,8 @@ def floats(field: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Return finite numbers of this shape as a read-only copy."""
     wanted = f"give finite numbers of shape {list(shape)}"
     try:
+        if np.ma.is_masked(value):
+            raise TypeError("masked values")
         given = np.asarray(value)
         if isinstance(value, (list, tuple)) and any(isinstance(entry, bool) for entry in value):
             raise TypeError(bool)  # NumPy makes numbers of truth values among numbers
