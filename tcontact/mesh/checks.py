@@ -194,7 +194,7 @@ def warn_of_gaps(nodes: FloatArray, skin: Surface) -> None:
             f"{int(doubles.sum())} nodes have the place of another one ({other} that of {first}): cells that share no"
         )
         text += " node are not joined there. To join them: nodes, number = numpy.unique(nodes, axis=0,"
-        warn(f"{text} return_inverse=True); cells = number[cells]", MeshWarning)
+        warn(f"{text} return_inverse=True); cells = number.ravel()[cells]", MeshWarning)
 
 
 def checked_cell_sets(sets: Any, cell_count: int) -> dict[str, IntArray]:
