@@ -109,9 +109,12 @@ def test_there_are_no_curves_without_a_history(drawn, tmp_path, capsys):
     path = written(tmp_path)
     ResultFile.reopen(path, 1).close()
     assert main(["render", str(path), "--plots"]) == 2
+    (path.parent / "checkpoint-a.npz").write_bytes(b"")
+    assert main(["render", str(path), "--plots"]) == 2
     said = capsys.readouterr().err.splitlines()
-    assert len(said) == 3
-    assert "tcontact resume" in said[2]
+    assert len(said) == 4
+    assert "has to be run again" in said[2], "there is nothing to go on from"
+    assert f"tcontact resume {path.parent}" in said[3]
 
 
 KILLED = """
