@@ -199,7 +199,7 @@ def test_a_cell_with_two_nodes_in_one_place_is_refused_by_name_where_its_size_co
     box = tc.box_mesh(size=(1.0, 1.0, 2.0), cells=(1, 1, 2))
     nodes = box.nodes.copy()
     nodes[11] = nodes[10]
-    with pytest.warns(tc.MeshWarning, match="1 nodes have the place of another one \\(11 that of 10\\)"):
+    with pytest.warns(tc.MeshWarning, match="1 node has the place of another one \\(11 that of 10\\)"):
         mesh = tc.Mesh(nodes, box.cells, "hex8", face_sets={"zmin": box.face_sets["zmin"]})
     with pytest.raises(tc.InputError, match="two nodes of a cell are in one place"):
         _ = mesh.shortest_edge

@@ -17,7 +17,8 @@ def warn(text: str, kind: type[Warning]) -> None:
 
 
 class MeshWarning(UserWarning):
-    """Cells of a mesh were turned, or a part of a mesh file was changed or left out."""
+    """Cells of a mesh were turned, a part of a mesh file was changed or left out, or nodes lie in one place without
+    joining their cells."""
 
 
 class RotationWarning(RuntimeWarning):

@@ -190,10 +190,13 @@ def warn_of_gaps(nodes: FloatArray, skin: Surface) -> None:
     doubles = (x[order[1:]] == x[order[:-1]]).all(axis=1)
     if doubles.any():
         first, other = numbers[order[:-1][doubles][0]], numbers[order[1:][doubles][0]]
+        count = int(doubles.sum())
         text = (
-            f"{int(doubles.sum())} nodes have the place of another one ({other} that of {first}): cells that share no"
+            f"{count} {'nodes have' if count > 1 else 'node has'} the place of another one ({other} that of {first}):"
         )
-        text += " node are not joined there. To join them: nodes, number = numpy.unique(nodes, axis=0,"
+        text += (
+            " cells that share no node are not joined there. To join them: nodes, number = numpy.unique(nodes, axis=0,"
+        )
         warn(f"{text} return_inverse=True); cells = number.ravel()[cells]", MeshWarning)
 
 

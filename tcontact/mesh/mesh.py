@@ -39,7 +39,7 @@ class Mesh:
     the same object.
 
     The corners of cells that are mirrored as a whole (a negative Jacobian everywhere) are put into the right order,
-    with a `MeshWarning`.
+    with a `MeshWarning`. Nodes of the boundary with equal coordinates get one too: only common nodes join cells.
 
     Raises `InputError` for anything the mechanics cannot use: wrong shapes, NaN, ids that are no nodes, a node named
     twice in a cell, double, tangled or flat cells, nodes of no cell, faces with more than two cells, faces of no cell,

@@ -18,7 +18,7 @@ from .outcome import Outcome
 from .result import Maximum
 
 METALS = ("plastic_strain", "temperature")  # cell fields of metals
-CHECKPOINTS = ("checkpoint-?.npz", "checkpoint-ranks")  # what `tcontact resume` goes on from, in the folder of a run
+CHECKPOINTS = "checkpoint-*"  # what `tcontact resume` goes on from, in the folder of a run
 ELSEWHERE = "is in checkpoints and in the Result of `simulate` alone"
 NUMBERS = ("time", "dt", "dt_limit", "wall_s", "compile_s", "cell_updates_per_s")
 
@@ -211,8 +211,7 @@ def open_result(folder: Path | str, scene: Any = None, scheme: Any = None) -> St
 
 def unended(folder: Path) -> str:
     """Return what there is to know of a run whose result file names no end."""
-    goes_on = any(any(folder.glob(name)) for name in CHECKPOINTS)
-    if goes_on:
+    if any(folder.glob(CHECKPOINTS)):
         return f"the run has not ended: it goes on, or `tcontact resume {folder}` goes on with it"
     text = "the run has not ended: it goes on, or it stopped before its first checkpoint and has to be run again"
     return f"{text}; history.csv has its rows" if (folder / "history.csv").is_file() else text

@@ -36,10 +36,10 @@ def carry_out(
     where history.csv and summary.json still find room, they have its rows up to there.
     """
 
-    def write(result: Result) -> None:
+    def write(result: Result, about: dict[str, Any]) -> None:
         try:
             write_history(folder / "history.csv", result.history)
-            write_json(folder / "summary.json", run_attributes(result) | attributes)
+            write_json(folder / "summary.json", about)
         except OSError as error:
             raise unwritten(folder, "history.csv or summary.json", "all frames are", error) from error
 
@@ -48,20 +48,21 @@ def carry_out(
         try:
             result = run.go(frames, recorder, bar, started, keeper)
             vars(result)["file"] = folder / FILE  # results are frozen, and those of other ranks have not all fields
-            recorder.close(result.history, run_attributes(result) | attributes)
+            about = run_attributes(result) | attributes
+            recorder.close(result.history, about)
         finally:
             recorder.abandon()
     except OutputError as error:
         error.result = result if error.result is None else error.result
         if error.result is not None:
             with suppress(OutputError):
-                on_writer(partial(write, error.result))
+                on_writer(partial(write, error.result, run_attributes(error.result) | attributes))
                 error.args = (f"{error}; history.csv has the rows up to there",)
         raise
     ended = result
 
     def finish() -> None:
-        write(ended)
+        write(ended, about)
         if ended.reason != "interrupted" and not (keeper is not None and keeper.keep):
             store.remove(folder)
 
