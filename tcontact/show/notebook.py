@@ -61,13 +61,14 @@ class EndState:
 
     @cached_property
     def attributes(self) -> dict[str, Any]:
-        """Title, names of the bodies, and obstacles, where they are at the end."""
+        """Title, names of the bodies, reason of the end, and obstacles, where they are then."""
         title, scene = " + ".join(self.result.terms), self.result.scene
         names = [scene.label(number) for number in range(len(scene.bodies))]
         return {
             "title": title,
             "obstacles": describe(scene.obstacles, [0.0, self.result.time], self.result.history),
             "bodies": names,
+            "reason": self.result.reason,
         }
 
     def frame(self, _index: int) -> Frame:

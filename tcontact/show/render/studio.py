@@ -18,6 +18,7 @@ from ...scene.obstacles.base import direction as unit_of
 from .bodies import colour_number, names_of, own_limits, write_names
 from .camera import Camera, Eye, fitted, thin_normals, usual_direction
 from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, NOTHING, SHADOWED, colour_map, tables
+from .extent import extent, most_sizes
 from .labels import decorate, font, prefix_of, round_down, round_up, write_figures
 from .raster import Raster
 from .scenery import Scenery, Signs, write_signs
@@ -143,17 +144,17 @@ class Studio:
 
     def extent(self, frames: Iterable[Frame]) -> np.ndarray:
         """Return points [k,3] whose hull holds the body in these frames, but for frames of a body blown up."""
-        rng = np.random.default_rng(0)
-        ways = np.concatenate([np.eye(3), rng.normal(size=(29, 3))])
+        found = extent((self.positions(frame) for frame in frames), self.bodies, self._most)
+        return found if len(found) else self.data.points[self.surface.nodes]
+
+    @cached_property
+    def _most(self) -> list[float]:
+        """The size [m] of each body above which it has blown up; a frame that is alone has no start but the mesh."""
         start = self.data.points[self.surface.nodes]
-        sound = 3 * np.linalg.norm(np.ptp(start, axis=0)) * max(1.0, abs(self.scale))
-        points = []
-        for frame in frames:
-            x = self.positions(frame)
-            if np.isfinite(x).all() and np.linalg.norm(np.ptp(x, axis=0)) <= sound:
-                along = x @ ways.T
-                points.append(x[np.concatenate([along.argmin(axis=0), along.argmax(axis=0)])])
-        return np.concatenate(points) if points else start
+        if len(self.data) > 1 and "displacement" in self.data.point_fields:
+            moved = start + self.frame(0).point_data["displacement"][self.surface.nodes]
+            start = moved if np.isfinite(moved).all() else start
+        return most_sizes(start, self.bodies, self.data.attributes.get("reason"), self.scale)
 
     def camera(
         self,
