@@ -15,7 +15,7 @@ from tcontact.mesh.elements import ELEMENTS
 from tcontact.results.files.vtkhdf import ResultData, ResultFile
 from tcontact.show import render
 from tcontact.show.render.animation import can_film
-from tcontact.show.render.labels import _places_of, _power_of, round_up, ticks
+from tcontact.show.render.labels import _places_of, _power_of, _scale_of, round_up, ticks
 from tcontact.show.render.studio import Studio
 from tcontact.show.render.surface import Clip, boundary_surface, clipped_surface
 
@@ -425,3 +425,14 @@ def test_marks_of_the_colour_bar_say_where_they_are(limits):
 def test_small_numbers_without_a_unit_have_a_power_of_ten():
     assert _power_of(2.5e-5) == (pytest.approx(1e-6), "1e\N{MINUS SIGN}6")
     assert _power_of(0.02) == _power_of(0.0) == (1.0, "")
+
+
+@pytest.mark.parametrize("largest", [5e-16, 8e-31, 1e-12, 5e-7, 2e5, 3e-305])
+def test_marks_of_the_colour_bar_are_short_however_small_the_values_are(largest):
+    """Also those of a field of rounding noise, far below the smallest prefix."""
+    factor, prefix = _scale_of((0.0, largest), "Pa")
+    marks = ticks(0.0, largest / factor)
+    assert len({f"{mark:.{_places_of(marks)}f}" for mark in marks}) == len(marks)
+    assert _places_of(marks) <= 6
+    if largest == 5e-16:
+        assert (factor, prefix) == (pytest.approx(1e-18), "1e\N{MINUS SIGN}18 ")

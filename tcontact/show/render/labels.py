@@ -98,7 +98,7 @@ def _colour_bar(picture: Image.Image, studio: Sheet, limits: tuple[float, float]
     draw, u = ImageDraw.Draw(picture), studio.unit
     text = font(round(15 * u))
     low, high = limits
-    factor, prefix = prefix_of(max(abs(low), abs(high))) if unit else _power_of(max(abs(low), abs(high)))
+    factor, prefix = _scale_of(limits, unit)
     x, y, w, h = _bar(studio)
     strip = colour_table(colours)[::-1].astype(np.uint8)[np.arange(h) * 256 // h]
     picture.paste(Image.fromarray(np.repeat(strip[:, None], w, axis=1)), (x, y))
@@ -112,11 +112,20 @@ def _colour_bar(picture: Image.Image, studio: Sheet, limits: tuple[float, float]
         draw.text((x + w + 9 * u, row), f"{tick:.{places}f}".replace("-", "\N{MINUS SIGN}"), TEXT, text, anchor="lm")
 
 
+def _scale_of(limits: tuple[float, float], unit: str) -> tuple[float, str]:
+    """Return a factor and its name for the marks of a colour bar; a power of ten where prefixes are too large."""
+    largest = max(abs(limits[0]), abs(limits[1]))
+    if unit and not 0.0 < largest < 1e-12:
+        return prefix_of(largest)
+    factor, name = _power_of(largest)
+    return factor, f"{name} " if unit else name
+
+
 def _power_of(largest: float) -> tuple[float, str]:
     """Return a factor and its name for the marks of a number without a unit; 1 and no name from a thousandth on."""
     if not 0.0 < largest < 1e-3:
         return 1.0, ""
-    power = 3 * math.floor(math.log10(largest) / 3)
+    power = max(-300, 3 * math.floor(math.log10(largest) / 3))
     return 10.0**power, f"1e\N{MINUS SIGN}{-power}"
 
 
@@ -141,7 +150,8 @@ def write_figures(
     place = studio.size[0] - 26 * u, 21 * u
     stamp(image, place, f"t = {time / factor:.{digits}f} {prefix}s", TEXT, font(round(17 * u)), "ra")
     if field != "body" and math.isfinite(peak):
-        factor = prefix_of(max(abs(limits[0]), abs(limits[1])))[0] if FIELDS.get(field, ("", "", ""))[1] else 1.0
+        unit = FIELDS.get(field, ("", "", ""))[1]
+        factor = _scale_of(limits, unit)[0] if unit else 1.0
         x, y, _, h = _bar(studio)
         stamp(image, (x, y + h + 12 * u), f"max {peak / factor:.3g}", FAINT_TEXT, font(round(13 * u)), "la")
 
