@@ -236,9 +236,20 @@ def test_render_takes_its_options(cube, tmp_path, capsys):
     ]
     wish = ["render", str(out), "--field", "von_mises", "--time", "1e-3", "--out", str(tmp_path), *look]
     assert main([*wish, "--camera", "1,-1,1", "--up", "0,0,1"]) == 0
-    assert names(tmp_path) == {"picture-von_mises-0.001s.png"}
+    (picture,) = names(tmp_path)
+    assert re.fullmatch(r"picture-von_mises-0\.000\d+s\.png", picture)
     assert main([*wish[:-2], "--size", "320x240", "--up", "0,0,1"]) == 2
     assert "--camera" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("asked", "frame"), [("99", -1), ("-1", 0)])
+def test_a_picture_is_named_after_the_time_of_its_frame(asked, frame, cube, tmp_path):
+    """Not after the time that was asked for, to which no frame belongs."""
+    out, _ = cube
+    wish = ["--field", "von_mises", "--size", "160x160", "--out", str(tmp_path)]
+    assert main(["render", str(out), "--time", asked, *wish]) == 0
+    time = tc.open_result(out).frames.times[frame]
+    assert names(tmp_path) == {f"picture-von_mises-{time:g}s.png"}
 
 
 def test_export_writes_a_series_beside_the_run_that_a_new_run_replaces(cube, tmp_path, capsys):

@@ -53,11 +53,12 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Draw the run."""
+    _refuse_unheard(arguments)
     if arguments.plots:
         return _plots(arguments)
     from ..results.files.vtkhdf import ResultData
     from ..show.render import Camera, Clip, render_frames, render_picture
-    from ..show.render.series import usual_field
+    from ..show.render.series import nearest, usual_field
 
     path = result_file(arguments.file)
     out = arguments.out or path.parent
@@ -74,7 +75,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.time is not None:
         data = ResultData.open(path)
         field = options.setdefault("field", usual_field(data))
-        print(render_picture(data, out / f"picture-{field}-{arguments.time:g}s.png", arguments.time, **options))
+        drawn = float(data.times[nearest(data, arguments.time)]) if len(data) else arguments.time
+        print(render_picture(data, out / f"picture-{field}-{drawn:g}s.png", drawn, **options))
         return 0
     written = render_frames(path, out, fps=arguments.fps, video=True if arguments.mp4 else None, **options)
     for picture in written:
@@ -82,6 +84,16 @@ def run(arguments: argparse.Namespace) -> int:
             print(picture)
     print(out / "frames")
     return 0
+
+
+def _refuse_unheard(arguments: argparse.Namespace) -> None:
+    """Refuse options that would say nothing beside one that draws less. Raises `InputError`."""
+    given = {name: value for name, value in vars(arguments).items() if value is not None and value is not False}
+    for name, drawn, unheard in (("plots", "curves", ("time", "fps", "mp4")), ("time", "one frame", ("fps", "mp4"))):
+        for other in unheard:
+            if name in given and other in given:
+                remedy = f"--{name} draws {drawn} only; leave one of the two options away"
+                raise InputError(f"--{other}", given[other], remedy)
 
 
 def _plots(arguments: argparse.Namespace) -> int:

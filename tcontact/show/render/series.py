@@ -168,13 +168,17 @@ def drawn_picture(
     clip: Sequence[Clip] = (),
 ) -> Image.Image:
     """Draw the picture of `render_picture`; data: also a series in memory, `show.notebook.EndState`."""
-    if time is not None:
-        time = validate.number("time", time)
+    index = len(data) - 1 if time is None else nearest(data, time)
     field = usual_field(data) if field is None else field
     studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
     eye = _eye(studio, view, camera)
-    index = len(data) - 1 if time is None else int(np.argmin(np.abs(data.times - time)))
     return studio.picture(studio.frame(index), field, limits, eye)
+
+
+def nearest(data: Any, time: float) -> int:
+    """Return the number of the frame nearest to a time [s], 0 without frames. Raises `InputError`."""
+    away = np.abs(data.times - validate.number("time", time))
+    return int(np.argmin(away)) if len(away) else 0
 
 
 def stored_picture(picture: Image.Image, path: Path | str) -> None:
