@@ -134,3 +134,11 @@ def test_cells_without_a_value_are_not_drawn_as_zero(tmp_path):
     zero, nothing, most = (hue(at(studio, eye, image, (x, 0.0, 0.25))) for x in (0.25, 1.75, 3.25))
     assert np.abs(nothing - hue(NOTHING_COLOUR)).max() < 0.02
     assert min(np.abs(nothing - other).max() for other in (zero, most)) > 0.1
+
+
+def test_of_one_body_the_field_of_several_is_refused_by_name(tmp_path):
+    mesh = box_mesh((1.0, 1.0, 1.0), (1, 1, 1))
+    with ResultFile.create(tmp_path / "r.vtkhdf", mesh.nodes, mesh.blocks) as file:
+        file.append(0.0, {"displacement": np.zeros_like(mesh.nodes)}, {"von_mises": np.zeros(1)})
+    with pytest.raises(InputError, match=r"only a run of several bodies has it; use one of .*'von_mises'"):
+        render.render_picture(tmp_path / "r.vtkhdf", tmp_path / "p.png", field="body")

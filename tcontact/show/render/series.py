@@ -217,6 +217,11 @@ def _opened(
     if validate.shape_of("size", size, SIZE) != (2,):
         raise InputError("size", size, SIZE)
     size = (validate.whole("size", size[0], 160, 8192), validate.whole("size", size[1], 160, 8192))
+    known = (*data.point_fields, *data.cell_fields)
+    if isinstance(field, str) and field == "body" and field not in known:
+        words = ", ".join(repr(word) for word in known)
+        raise InputError("field", field, f"only a run of several bodies has it; use one of {words}")
+    validate.choice("field", field, known)
     if range is not None and field == "body":
         raise InputError("range", range, "bodies have a colour each and no values: leave it away")
     if range is not None:
@@ -224,7 +229,6 @@ def _opened(
         if not low < high:
             raise InputError("range", range, "give two values, the lower one first")
         range = (low, high)
-    validate.choice("field", field, (*data.point_fields, *data.cell_fields))
     if not isinstance(clip, (list, tuple)) or not all(isinstance(one, Clip) for one in clip):
         raise InputError("clip", clip, "give a list of tcontact.render.Clip(point, normal)")
     if obstacles is not None and (
