@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.errors import InputError
+from ...base.warning_kinds import warn
 from ...device.atomic_file import unlinked
 from .colours import FIELD, INK_TABLE, OTHER_PLANES, SHADOWED, tables
 
@@ -76,19 +76,35 @@ def gif_frame(part: Image.Image, left: int, top: int, hundredths: int) -> bytes:
     return control + place + data[start + len(place) : -1]
 
 
+def why_no_film() -> str:
+    """Return why there is no MP4 and what helps, "" where the package imageio-ffmpeg is installed and works."""
+    install = "pip install imageio-ffmpeg"
+    if find_spec("imageio_ffmpeg") is None:
+        return f"needs the package imageio-ffmpeg: {install}"
+    try:
+        import imageio_ffmpeg
+
+        imageio_ffmpeg.get_ffmpeg_version()
+    except Exception as error:
+        said = str(error) or type(error).__name__
+        return f"the package imageio-ffmpeg does not work ({said}); mend it: {install} --force-reinstall"
+    return ""
+
+
 def can_film() -> bool:
-    """Tell whether the package imageio-ffmpeg is installed."""
-    return find_spec("imageio_ffmpeg") is not None
+    """Tell whether an MP4 can be made; where imageio-ffmpeg is installed and does not work, warn."""
+    why = why_no_film()
+    if why and find_spec("imageio_ffmpeg") is not None:
+        warn(f"there is no animation.mp4: {why}", RuntimeWarning)
+    return not why
 
 
 @contextmanager
 def film(path: Path, fps: float, size: tuple[int, int]) -> Iterator[Callable[[np.ndarray], None]]:
     """Yield a function that adds a picture [h,w,3] (of `size` [pixel]) to an MP4 (H.264) with all its colours.
 
-    Raises `InputError` without imageio-ffmpeg.
+    It takes an imageio-ffmpeg that works, see `why_no_film`.
     """
-    if not can_film():
-        raise InputError("video", True, "needs the package imageio-ffmpeg: pip install imageio-ffmpeg")
     import imageio_ffmpeg
 
     width, height = size[0] // 2 * 2, size[1] // 2 * 2  # H.264 halves the colours in both directions

@@ -13,7 +13,7 @@ from ...base import stages, validate
 from ...base.errors import InputError
 from ...device.atomic_file import refuse_link, unlinked
 from ...results.files.vtkhdf import Frame, ResultData
-from .animation import animate, can_film, common_palette, film
+from .animation import animate, can_film, common_palette, film, why_no_film
 from .camera import Camera, Eye
 from .colours import colour_map
 from .shots import Shots
@@ -58,7 +58,7 @@ def render_frames(
     series, without the highest 1.5 %; view: "above" or "below" the first plane, which is then drawn as an outline;
     title: the second line, None = the attribute "title" of the file; colours: a colour map of matplotlib, None = that
     of the field; clip: planes that cut the bodies open; video: an MP4 beside the GIF, None = where imageio-ffmpeg is
-    installed.
+    installed and works, with a warning where it only is installed.
     Raises `InputError` for an unknown field (with those known), a file without frames and values out of place, before
     it writes.
     """
@@ -67,8 +67,8 @@ def render_frames(
     if fps is not None:
         fps = validate.number("fps", fps, low=0.01, high=1000.0, strict=False)
     validate.flag("animation", animation)
-    if video is not None and validate.flag("video", video) and not can_film():
-        raise InputError("video", video, "needs the package imageio-ffmpeg: pip install imageio-ffmpeg")
+    if video is not None and validate.flag("video", video) and (why := why_no_film()):
+        raise InputError("video", video, why)
     field = usual_field(data) if field is None else field
     with data.opened() as read:
         studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours, read)
