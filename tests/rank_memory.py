@@ -1,8 +1,8 @@
 """Who has what of a run: `mpiexec -n P python rank_memory.py FOLDER`; the first rank reports.
 
-Ranks other than the first refuse to make all nodes or cells of their box, and to plan; where they write no frames also
-those of the mesh of their part, which their plan has: the run ends if they try. With "alone" as a second word the last
-rank asks for the values of all ranks while the others start a run.
+All ranks refuse to make all nodes or cells of a box, and those other than the first to plan; where these write no
+frames also those of the mesh of their part, which their plan has: the run ends if they try. With "alone" as a second
+word the last rank asks for the values of all ranks while the others start a run.
 """
 
 import sys
@@ -16,6 +16,7 @@ from rank_scenes import block
 import tcontact as tc
 from tcontact.device import ranks
 from tcontact.mesh.box_arrays import BoxMesh
+from tcontact.mesh.late_rows import LateRows
 from tcontact.mesh.ordered_mesh import OrderedMesh
 from tcontact.planning import planning
 from tcontact.run import rank_run
@@ -26,7 +27,7 @@ first, last = ranks.is_first_rank(), ranks.launched()[1] == ranks.launched()[0] 
 
 def refuse(*_given, **_named):
     """Fail where a rank makes what it shall not have."""
-    raise AssertionError("a rank other than the first has a mesh or a whole plan")
+    raise AssertionError("a rank has a whole mesh, or one other than the first a whole plan")
 
 
 cells, forces, alive = [], [], []
@@ -36,7 +37,7 @@ class State(rank_run.RankState):
     """Notes how many cells whole bodies have while the state of a rank is made, and its force pass."""
 
     def __init__(self, scene, part, *given):
-        cells.append(sum(len(body.cells) for body in part.whole.bodies) if first else 0)
+        cells.append(sum(len(body.rows) for body in part.whole.bodies) if first else 0)
         super().__init__(scene, part, *given)
         forces.append(weakref.ref(self.internal_force))
 
@@ -50,8 +51,8 @@ class Whole(rank_run.WholeBodies):
 
 
 rank_run.RankState, rank_run.WholeBodies, rank_run.LARGE = State, Whole, 0
+BoxMesh.nodes = BoxMesh.cells = LateRows.whole = property(refuse)
 if not first:
-    BoxMesh.nodes = BoxMesh.cells = property(refuse)
     planning._plan_body = refuse
 
 mesh = tc.box_mesh((0.1, 0.08, 0.12), (4, 3, 5)).translated((0.0, 0.0, 1e-4)).with_sets(cell_sets={"low": [0, 1]})
@@ -78,6 +79,7 @@ if first:
     print("remedy", everyone[1][0].partition("or call ")[2])
     print("alike", len({told for _, told, _ in everyone}), len({energy for *_, energy in everyone}))
     there = [one.position[one.nodes_of(scene.label(1))] for one in (whole, again)]  # it has fallen, and climbs back
-    fallen, missing = (np.abs(place - other.mesh.nodes).max() for place in there)
+    start = other.mesh.nodes_at(np.arange(other.mesh.node_count))
+    fallen, missing = (np.abs(place - start).max() for place in there)
     print("back", missing / fallen)
     print("noted", *np.max(noted, axis=0))

@@ -10,7 +10,9 @@ import pytest
 import tcontact as tc
 from tcontact.cases import cube_impact
 from tcontact.mesh.geometry import surface
+from tcontact.mesh.late_rows import LateRows
 from tcontact.mesh.mesh import Mesh
+from tcontact.planning.planning import plan
 
 KINDS = ("hex8", "tet4", "wedge6")
 
@@ -28,6 +30,35 @@ def box(kind="hex8"):
 def plain(mesh):
     """Return the same mesh made of its arrays, which it checks and measures."""
     return Mesh(mesh.nodes, mesh.cells, mesh.kind, mesh.node_sets, mesh.face_sets, mesh.cell_sets)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_box_is_planned_without_arrays_of_its_nodes_and_cells(kind):
+    """Then its plan is that of the same nodes and cells in arrays, to the bit."""
+    mesh, plans = box(kind), []
+    for one in (mesh, plain(box(kind))):
+        held = [tc.Support("zmax", "xy")]
+        body = tc.Body(one, tc.NeoHookean(1e7, 0.3, 1e3), (0.0, 0.0, -1.0), contact="zmin", supports=held)
+        scene = tc.Scene([body], [tc.Plane((0.0, 0.0, 1.99))], 1e-3, contact=tc.MasslessContact())
+        plans.append(plan(scene).bodies[0])
+    late, known = plans
+    assert not made(mesh)
+    assert isinstance(late.rows, LateRows)
+    assert isinstance(late.places, LateRows)
+    some = np.array([[5, 0], [7, 5]])
+    assert np.array_equal(late.places[some], known.places[some])
+    assert np.array_equal(late.rows[2:9:3], known.rows[2:9:3])
+    assert np.array_equal(late.rows[some[0], :3], known.rows[some[0], :3])
+    assert len(late.rows[:0]) == 0
+    assert np.array_equal(late.places[3], known.places[3])
+    assert late.rows._whole is late.places._whole is None
+    for name in ("node_order", "cell_order", "reference", "cells", "lumped", "boundary", "tensors", "inverses"):
+        one, other = getattr(late, name), getattr(known, name)
+        assert np.array_equal(one, other)
+        assert one.dtype == other.dtype
+    assert late.blocks[0].variant == known.blocks[0].variant
+    assert late.cells is late.rows.whole is late.blocks[0].cells  # one array
+    assert np.array_equal(pickle.loads(pickle.dumps(late.rows)), known.cells)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from oracle.meshes import HEX_TO_TETS
 
+import tcontact as tc
 from tcontact.base.errors import InputError
 from tcontact.kernels import lanes
-from tcontact.planning.node_order import slab_order
+from tcontact.planning.node_order import grid_order, slab_order
 from tcontact.planning.packing import Block, pack_blocks, pack_cells
 
 
@@ -242,6 +243,19 @@ def test_slab_order_is_a_permutation_that_follows_the_planes_of_a_box():
     sorted_nodes = nodes[mixed][node_order]
     y, x, z = sorted_nodes[:, 1], sorted_nodes[:, 0], sorted_nodes[:, 2]
     assert np.array_equal(np.lexsort((z, x, y)), np.arange(len(nodes)))  # most planes slowest, then the next
+
+
+@pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
+@pytest.mark.parametrize("counts", [(3, 3, 3), (5, 4, 3), (2, 7, 2), (1, 1, 6), (1, 1, 1)])
+def test_the_order_of_a_box_is_found_without_sorting_its_nodes_and_cells(kind, counts):
+    for size in ((1.0, 1.0, 1.0), (1.0, 2.0, 3.0), (3.0, 0.5, 1e-3)):
+        mesh = tc.box_mesh(size, counts, kind, origin=(-0.3, 5.0, 1.0))
+        for normal in (None, (1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.1, 0.2, 0.9)):
+            facing = None if normal is None else np.array(normal)
+            found, known = grid_order(mesh.lines, kind, facing), slab_order(mesh.nodes, mesh.cells, facing)
+            assert all(map(np.array_equal, found, known))
+    flat = tc.box_mesh((1.0, 1.0, 1e-9), (2, 2, 3), kind)  # its planes along z count as one
+    assert grid_order(flat.lines, kind) is None
 
 
 def test_slab_order_keeps_force_rows_compact():

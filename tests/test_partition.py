@@ -298,7 +298,28 @@ def test_the_graph_of_a_box_is_that_of_its_faces(monkeypatch):
         for place, cell in enumerate(chosen):
             near = [np.searchsorted(chosen, one) for one in found.near_of(np.array([cell])) if one in chosen]
             assert inside.near_of(np.array([place])).tolist() == near
-            assert BoxGraph(mesh.counts).near_of(np.array([cell])).tolist() == found.near_of(np.array([cell])).tolist()
+            assert (
+                BoxGraph([mesh.counts]).near_of(np.array([cell])).tolist() == found.near_of(np.array([cell])).tolist()
+            )
+
+
+def test_the_graph_of_several_boxes_is_that_of_their_cells_one_after_the_other(monkeypatch):
+    meshes = [tc.box_mesh((1.0, 1.0, 1.0), counts) for counts in ((4, 3, 5), (2, 2, 2), (1, 6, 3))]
+    known, graph = CellGraph.of_meshes(meshes), BoxGraph([mesh.counts for mesh in meshes])
+    several = np.array([3, 59, 60, 67, 68, 85])
+    assert graph.near_of(several).tolist() == known.near_of(several).tolist()
+    chosen = np.flatnonzero(np.random.default_rng(5).random(86) < 0.7)
+    for one, other in ((graph, known), (graph.within(chosen), known.within(chosen))):
+        assert np.array_equal(one.cut(3), other.cut(3))
+    monkeypatch.setattr(box_graph, "FINE", 0)
+    blocks = CellGraph.joined([graph._blocks(number)[0] for number in range(3)])
+    assert (blocks.weights > 0).all()
+    assert blocks.near.max() == len(blocks.start) - 2
+    for one in (graph, graph.within(chosen)):
+        sizes = np.bincount(one.cut(2), minlength=2)
+        assert sizes.max() - sizes.mean() <= 8  # parts are equal to a block of cells
+    apart = graph.within(np.concatenate([np.arange(60), np.arange(68, 86)]))  # nothing of the second box
+    assert len(apart.cut(2)) == 78
 
 
 @pytest.mark.parametrize("counts", [(9, 8, 11), (21, 4, 5)])
@@ -306,11 +327,11 @@ def test_the_graph_of_a_box_is_that_of_its_faces(monkeypatch):
 def test_a_large_box_is_cut_by_blocks_of_cells_as_well_as_by_its_cells(counts, some, monkeypatch):
     """Weights of the blocks are cells and faces counted one by one; parts are equal to a block, cuts a third longer."""
     monkeypatch.setattr(box_graph, "FINE", 0)
-    known, graph = CellGraph.of_box(counts), BoxGraph(counts)
+    known, graph = CellGraph.of_box(counts), BoxGraph([counts])
     if some:
         chosen = np.flatnonzero(np.arange(np.prod(counts)) // counts[0] % counts[1] != 1)
         known, graph = known.within(chosen), graph.within(chosen)
-    blocks, sizes, block = graph._blocks()
+    blocks, sizes, block = graph._blocks(0)
     block = block if not some else block[chosen]
     assert np.array_equal(np.bincount(block), sizes)
     left = np.repeat(np.arange(len(block)), np.diff(known.start))

@@ -18,6 +18,7 @@ from . import checks
 from .elements import ELEMENTS
 from .geometry import Blocks, FloatArray, IntArray, Surface, chunks_of, face_keys, shortest_edge, skin_of
 from .late_mesh import LateMesh
+from .late_rows import LateRows, Rows
 from .mesh import Mesh
 from .rotation import rotation_matrix
 
@@ -96,9 +97,35 @@ class BoxMesh(LateMesh):
 
     def nodes_at(self, numbers: IntArray) -> FloatArray:
         """Return the coordinates [.., 3] [m] of nodes of these numbers [..]. Raises `InputError` for others."""
-        rest, i = np.divmod(checks.checked_numbers(numbers, self.node_count), len(self.lines[0]))
+        return self._places(checks.checked_numbers(numbers, self.node_count))
+
+    @property
+    def node_rows(self) -> Rows:
+        """`nodes`, made when they are read unless they are there."""
+        if "nodes" in self.__dict__:
+            return self.nodes
+        return LateRows(self._places, (self.node_count, 3), np.float64)
+
+    @property
+    def cell_rows(self) -> Rows:
+        """`cells`, made when they are read unless they are there."""
+        if "cells" in self.__dict__:
+            return self.cells
+        return LateRows(self._rows, (self.cell_count, ELEMENTS[self.kind].corners), np.int64)
+
+    def _places(self, numbers: NDArray[np.integer]) -> FloatArray:
+        """Return the coordinates [.., 3] [m] of nodes of these numbers [..]."""
+        rest, i = np.divmod(numbers, len(self.lines[0]))
         k, j = np.divmod(rest, len(self.lines[1]))
         return np.stack([line[place] for line, place in zip(self.lines, (i, j, k), strict=True)], axis=-1)
+
+    def _rows(self, numbers: NDArray[np.integer]) -> IntArray:
+        """Return the nodes [m, corners] of cells of these numbers [m]."""
+        several, corners = len(ELEMENTS[self.kind].in_box), _corners(self.kind, self.counts)
+        if several == 1:
+            return _cells(self.kind, self.counts, numbers)
+        first = _first_nodes(self.counts, numbers // several)
+        return np.asarray(first[:, None] + corners.reshape(several, -1)[numbers % several])
 
     def layers(self) -> Iterator[tuple[FloatArray, IntArray]]:
         """Yield for every layer of hexahedra along z the nodes [k, 3] of its two sides, and its cells by these."""
@@ -132,11 +159,7 @@ class BoxMesh(LateMesh):
             return super().chosen_cells(numbers)
         if not len(numbers):
             return ()
-        several = len(ELEMENTS[self.kind].in_box)
-        rows = _cells(self.kind, self.counts, numbers // several)
-        if several > 1:
-            rows = rows.reshape(len(numbers), several, -1)[np.arange(len(numbers)), numbers % several]
-        return ((self.kind, rows),)
+        return ((self.kind, self._rows(numbers)),)
 
     def translated(self, offset: Any) -> Mesh:
         """Return the mesh moved by `offset` [m], three numbers."""
@@ -192,16 +215,25 @@ def _again(
 
 def _cells(kind: str, counts: tuple[int, ...], hexes: NDArray[np.integer]) -> IntArray:
     """Return the cells [m, corners] of some hexahedra, hexahedron after hexahedron, each cut alike."""
-    nx, ny, _ = counts
-    row, layer = nx + 1, (nx + 1) * (ny + 1)
-    bottom = np.array([0, 1, row + 1, row])
-    offsets = np.concatenate([bottom, bottom + layer])[np.array(ELEMENTS[kind].in_box)].reshape(-1)
-    cells = np.empty((len(hexes), len(offsets)), dtype=np.int64)
+    corners = _corners(kind, counts)
+    cells = np.empty((len(hexes), len(corners)), dtype=np.int64)
     for part in chunks_of(len(hexes)):
-        rest, i = np.divmod(hexes[part].astype(np.int64, copy=False), nx)
-        k, j = np.divmod(rest, ny)
-        np.add((i + row * j + layer * k)[:, None], offsets, out=cells[part])
+        np.add(_first_nodes(counts, hexes[part])[:, None], corners, out=cells[part])
     return cells.reshape(-1, ELEMENTS[kind].corners)
+
+
+def _corners(kind: str, counts: tuple[int, ...]) -> IntArray:
+    """Return the nodes of the cells that a hexahedron is cut into, one cell after the other, less its first node."""
+    row, layer = counts[0] + 1, (counts[0] + 1) * (counts[1] + 1)
+    bottom = np.array([0, 1, row + 1, row])
+    return np.asarray(np.concatenate([bottom, bottom + layer])[np.array(ELEMENTS[kind].in_box)].reshape(-1))
+
+
+def _first_nodes(counts: tuple[int, ...], hexes: NDArray[np.integer]) -> IntArray:
+    """Return the lowest node [m] of some hexahedra."""
+    rest, i = np.divmod(hexes.astype(np.int64, copy=False), counts[0])
+    k, j = np.divmod(rest, counts[1])
+    return np.asarray(i + (counts[0] + 1) * (j + (counts[1] + 1) * k))
 
 
 def _boundary(kind: str, counts: tuple[int, ...]) -> tuple[Surface, dict[str, IntArray]]:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from numpy.typing import NDArray
 
 from .elements import BY_CORNERS, ELEMENTS, FloatArray, face_corners
+from .late_rows import Rows
 
 IntArray = npt.NDArray[np.int64]
 KeyArray = npt.NDArray[np.uint64]
@@ -29,15 +30,13 @@ def joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
-def cells_at(marked: NDArray[np.bool_], cells: NDArray[np.integer]) -> IntArray:
+def cells_at(marked: NDArray[np.bool_], cells: Rows) -> IntArray:
     """Return the numbers of the cells [m, corners], ascending, that have a marked node; marked [n]."""
     parts = (part.start + np.flatnonzero(marked.take(cells[part]).any(axis=1)) for part in chunks_of(len(cells)))
     return np.concatenate([np.zeros(0, dtype=np.int64), *parts])
 
 
-def differences(
-    nodes: FloatArray, cells: NDArray[np.integer], operator: FloatArray
-) -> Iterator[tuple[slice, FloatArray]]:
+def differences(nodes: Rows, cells: Rows, operator: FloatArray) -> Iterator[tuple[slice, FloatArray]]:
     """Yield (cells, vectors [k, 3, c]) for chunks of c cells: sums over the corners with weights operator [k, corners].
 
     The weights of a row add up to 0: the vectors are exact also far from the origin.
@@ -47,7 +46,7 @@ def differences(
         yield part, (operator @ (x - x[0]).reshape(len(x), -1)).reshape(len(operator), 3, -1)
 
 
-def spanned_heights(kind: str, nodes: FloatArray, cells: NDArray[np.integer], span: int = 0) -> FloatArray:
+def spanned_heights(kind: str, nodes: Rows, cells: Rows, span: int = 0) -> FloatArray:
     """Return the shortest height [m] of the parallelepiped (`Element.spans`) of each cell [m, corners]."""
     spans = ELEMENTS[kind].spans[span]
     operator, heights = np.zeros((3, cells.shape[1])), np.empty(len(cells))
@@ -71,9 +70,7 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def _rows_of_jacobians(
-    nodes: FloatArray, cells: NDArray[np.integer], gradient: FloatArray
-) -> Iterator[tuple[slice, FloatArray]]:
+def _rows_of_jacobians(nodes: Rows, cells: Rows, gradient: FloatArray) -> Iterator[tuple[slice, FloatArray]]:
     """Yield (cells, J^T [3, 3, p, c]) of J = dx/dxi: its columns dx/dxi_k first, then their components."""
     points, corners, _ = gradient.shape
     operator = np.ascontiguousarray(gradient.transpose(2, 0, 1)).reshape(3 * points, corners)
@@ -81,9 +78,7 @@ def _rows_of_jacobians(
         yield part, vectors.reshape(3, points, 3, -1).transpose(0, 2, 1, 3)
 
 
-def determinants(
-    nodes: FloatArray, cells: NDArray[np.integer], gradient: FloatArray
-) -> Iterator[tuple[slice, FloatArray]]:
+def determinants(nodes: Rows, cells: Rows, gradient: FloatArray) -> Iterator[tuple[slice, FloatArray]]:
     """Yield (cells, det dx/dxi [p, c] [m^3]) for chunks of c cells at p points, see `jacobians`."""
     for part, (a, b, c) in _rows_of_jacobians(nodes, cells, gradient):
         yield part, (a * _cross(b, c)).sum(axis=0)
@@ -258,7 +253,7 @@ def shortest_edge(nodes: FloatArray, cells: IntArray) -> float:
 _UPPER = np.array([(k in (1, 2, 5, 6), k in (2, 3, 6, 7), k > 3) for k in range(8)])  # corners of a hex8 [8, axis]
 
 
-def parallelepipeds(nodes: FloatArray, cells: IntArray) -> bool:
+def parallelepipeds(nodes: Rows, cells: Rows) -> bool:
     """Return whether every hex8 is a parallelepiped: its Jacobian is then constant.
 
     To 1e-11 of its longest edge and 1e-10 of its shortest, which bounds the error of the force of flat cells.
@@ -275,7 +270,7 @@ def parallelepipeds(nodes: FloatArray, cells: IntArray) -> bool:
     return True
 
 
-def boxes(nodes: FloatArray, cells: IntArray) -> bool:
+def boxes(nodes: Rows, cells: Rows) -> bool:
     """Return whether every hex8 is a box along the axes, in the order of its corners: its Jacobian is then diagonal.
 
     Its corners are those of the box to 1e-13 of its shortest edge.

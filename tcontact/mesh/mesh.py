@@ -16,6 +16,7 @@ from ..base.validate import number, vector
 from . import checks
 from .elements import ELEMENTS, MIXED, Element
 from .geometry import Blocks, FloatArray, IntArray, Surface, cell_volumes, shortest_edge, surface
+from .late_rows import Rows
 from .mixed_cells import in_rows, out_of_rows, repeats
 from .parts import part_of
 from .rotation import rotation_matrix
@@ -168,6 +169,16 @@ class Mesh:
     def nodes_at(self, numbers: IntArray) -> FloatArray:
         """Return the coordinates [.., 3] [m] of nodes of these numbers [..]. Raises `InputError` for others."""
         return np.asarray(self.nodes[checks.checked_numbers(numbers, self.node_count)])
+
+    @property
+    def node_rows(self) -> Rows:
+        """`nodes`, for what reads some of them at a time: `LateRows` where the mesh makes them when they are read."""
+        return self.nodes
+
+    @property
+    def cell_rows(self) -> Rows:
+        """`cells`, likewise."""
+        return self.cells
 
     def portions(self, name: str) -> Iterator[npt.NDArray[Any]]:
         """Yield the rows of "nodes" or "cells" in portions, as they are best read one after the other."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..mesh.elements import FORMULATIONS
+from ..mesh.late_rows import Rows
 from ..scene.body import Body
 from ..scene.cell_blocks import BodyBlock
 from ..scene.dissipation import BulkViscosity, Damping
@@ -62,23 +63,29 @@ def held_nodes(contact: ContactPlan) -> np.ndarray:
 class PlanBlock:
     """Cells of a body with one element and one material.
 
-    own: the same in the body; first: number of its first cell in the plan; cells [m, corners]: nodes; contact [c]: its
-    contact cells among those of the body, numbered as its own cells; variant: name of the element in the kernels
-    (cell_shapes.py).
+    own: the same in the body; first: number of its first cell in the plan; rows [m, corners]: `cells`, for what reads
+    some of them at a time; contact [c]: its contact cells among those of the body, numbered as its own cells; variant:
+    name of the element in the kernels (cell_shapes.py).
     """
 
     own: BodyBlock
     first: int
-    cells: np.ndarray
+    rows: Rows
     contact: np.ndarray
     variant: str
+
+    @property
+    def cells(self) -> np.ndarray:
+        """Nodes [m, corners] of its cells."""
+        return np.asarray(self.rows)
 
 
 @dataclass(frozen=True)
 class BodyPlan:
     """One body in its internal numbering: node i is node `node_order[i]` of the user, cell e is `cell_order[e]`.
 
-    cells [m, corners]: block after block, rows of one length as `Mesh.cells`; lumped [n] [kg]: ordinary lumped mass;
+    places [n, 3] [m], rows [m, corners]: `reference` and `cells`, for what reads some of them at a time: a box has
+    arrays of all only where these are read; lumped [n] [kg]: ordinary lumped mass;
     boundary [s]: nodes with tensor mass, supports or contact; tensors and
     inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity at the
     start; pulled: gravity is a function of time;
@@ -93,8 +100,8 @@ class BodyPlan:
     body: Body
     node_order: np.ndarray
     cell_order: np.ndarray
-    reference: np.ndarray
-    cells: np.ndarray
+    places: Rows
+    rows: Rows
     lumped: np.ndarray
     gravity: np.ndarray
     boundary: np.ndarray
@@ -112,6 +119,16 @@ class BodyPlan:
     pulled: bool = False
     rigid: tuple[RigidPlan, ...] = ()
     probes: tuple[ProbePlace, ...] = ()
+
+    @property
+    def reference(self) -> np.ndarray:
+        """Positions [n, 3] [m] of its nodes before anything moves."""
+        return np.asarray(self.places)
+
+    @property
+    def cells(self) -> np.ndarray:
+        """Nodes [m, corners] of its cells, block after block, rows of one length as `Mesh.cells`."""
+        return np.asarray(self.rows)
 
     @property
     def node_count(self) -> int:
@@ -164,9 +181,10 @@ class BodyPlan:
         touching = np.zeros(0, dtype=np.int64) if graph is None else graph.cells
         for own in self.body.blocks:
             last = first + own.count
-            cells = self.cells[first:last, : own.facts.corners]
+            whole = self.rows.shape == (own.count, own.facts.corners)
+            rows = self.rows if whole else self.cells[first:last, : own.facts.corners]
             contact = touching[(touching >= first) & (touching < last)] - first
-            found.append(PlanBlock(own, first, cells, contact, variant(own.element, self.reference, cells)))
+            found.append(PlanBlock(own, first, rows, contact, variant(own.element, self.places, rows)))
             first = last
         return tuple(found)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..mesh.elements import FORMULATIONS
 from ..mesh.geometry import boxes, parallelepipeds
+from ..mesh.late_rows import Rows
 
 NUMBERS = 10  # of a cell: A^-t, row by row, and D
 STORED = {"tet4-stored": NUMBERS, "hex8-reduced-affine": NUMBERS}  # by the name of the element in the kernels
@@ -18,7 +19,7 @@ LARGEST = 2**27 // NUMBERS  # cells of a block, whose shapes take 1 GiB; places 
 _EDGES = {4: (1.0, (1, 2, 3)), 8: (4.0, (1, 3, 4))}  # by corners: A over the edges from corner 0, and their ends
 
 
-def variant(element: str, nodes: np.ndarray, cells: np.ndarray) -> str:
+def variant(element: str, nodes: Rows, cells: Rows) -> str:
     """Return the name of an element in the kernels for these cells [m, corners].
 
     It ends in "-box" where all cells are boxes along the axes and in "-affine" where they are parallelepipeds, if the

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..kernels.volume_places import CORNERS
 from ..mesh.geometry import cells_at
+from ..mesh.late_rows import Rows
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class ContactGraph:
 
 
 def contact_graph(
-    cells: np.ndarray,
+    cells: Rows,
     nodes: np.ndarray,
     node_count: int,
     repeated: np.ndarray | None = None,

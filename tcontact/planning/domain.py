@@ -118,7 +118,7 @@ class Domain:
         self.mixed = False
         self.records_friction = False
         contacts = [body.contact for body in bodies]
-        self.node_start = _starts([len(body.reference) for body in bodies])
+        self.node_start = _starts([body.node_count for body in bodies])
         self.contact_start = _starts([0 if contact is None else len(contact.nodes) for contact in contacts])
         self.boundary_place = self._boundary_places()
 

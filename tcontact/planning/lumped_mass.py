@@ -8,6 +8,7 @@ import numpy as np
 
 from ..mesh.elements import GAUSS, HEX_CORNERS, shape_functions
 from ..mesh.geometry import determinants
+from ..mesh.late_rows import Rows
 from ..scene.body import Body
 
 QUAD_CORNERS = HEX_CORNERS[:4, :2]  # corners of the reference quadrilateral [-1, 1]^2, in VTK's order
@@ -23,8 +24,8 @@ class NodeMasses:
         self.body = body
         self.own = np.zeros(body.mesh.node_count)
         for block in body.blocks:
-            for part, masses in masses_in_parts(block.kind, body.mesh.nodes, block.cells, block.material.density):
-                np.add.at(self.own, block.cells[part], masses)
+            for part, masses in masses_in_parts(block.kind, body.mesh.node_rows, block.rows, block.material.density):
+                np.add.at(self.own, block.rows[part], masses)
         self.total = self.own
         if body.point_masses:
             self.total = self.own.copy()
@@ -38,22 +39,21 @@ class NodeMasses:
         The share of a node in point masses is divided among its places as its own mass is.
         """
         body, mesh = self.body, self.body.mesh
-        masses = np.zeros((len(numbers), mesh.cells.shape[1]))
+        nodes, rows = mesh.node_rows, mesh.cell_rows
+        masses = np.zeros((len(numbers), rows.shape[1]))
         for block in body.blocks:
             inside = np.ones(len(numbers), dtype=bool)
             if len(body.blocks) > 1:
                 inside = np.isin(numbers, np.arange(mesh.cell_count)[block.numbers])
-            cells = mesh.cells[numbers[inside], : block.cells.shape[1]]
-            masses[inside, : cells.shape[1]] = corner_masses(block.kind, mesh.nodes, cells, block.material.density)
+            cells = rows[numbers[inside], : block.facts.corners]
+            masses[inside, : cells.shape[1]] = corner_masses(block.kind, nodes, cells, block.material.density)
         if self.total is self.own:
             return masses
         growth = np.divide(self.total, self.own, out=np.ones_like(self.own), where=self.own > 0.0)
-        return masses * growth[mesh.cells[numbers]]
+        return masses * growth[rows[numbers]]
 
 
-def masses_in_parts(
-    kind: str, nodes: np.ndarray, cells: np.ndarray, density: float
-) -> Iterator[tuple[slice, np.ndarray]]:
+def masses_in_parts(kind: str, nodes: Rows, cells: Rows, density: float) -> Iterator[tuple[slice, np.ndarray]]:
     """Yield (cells, lumped mass of each of their corners [c, corners] [kg]): density times the integral of N_a."""
     values, gradients, weights = shape_functions(kind)
     shares = density * weights[:, None] * values
@@ -61,7 +61,7 @@ def masses_in_parts(
         yield part, jacobian.T @ shares
 
 
-def corner_masses(kind: str, nodes: np.ndarray, cells: np.ndarray, density: float) -> np.ndarray:
+def corner_masses(kind: str, nodes: Rows, cells: np.ndarray, density: float) -> np.ndarray:
     """Return the lumped mass of each corner of the cells [m, corners] [kg], see `masses_in_parts`."""
     masses = np.zeros(cells.shape)
     for part, own in masses_in_parts(kind, nodes, cells, density):
@@ -69,7 +69,7 @@ def corner_masses(kind: str, nodes: np.ndarray, cells: np.ndarray, density: floa
     return masses
 
 
-def node_areas(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def node_areas(nodes: Rows, faces: np.ndarray) -> np.ndarray:
     """Return the area weight A_k [n] [m^2]: integral of N_k over the faces, in the reference state.
 
     Among quadrilaterals a triangle repeats its last corner; the quadrature is exact for it too.

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.lanes import WIDTH
+from ..mesh.elements import ELEMENTS, HEX_CORNERS
 from ..mesh.geometry import chunks_of, grid_planes
+from ..mesh.late_rows import LateRows, Rows
 
 Integer = TypeVar("Integer", bound=np.integer)
 
@@ -37,8 +40,7 @@ def slab_order(
         spacing = (np.prod(thick) / count) ** (1.0 / 3.0)
         planes = [_shares(points[:, axis], round(extent[axis] / spacing)) for axis in range(3)]
         counts = [int(plane.max()) + 1 for plane in planes]
-    along = -1 if normal is None else int(np.abs(normal).argmax())
-    slow, middle, fast = sorted(range(3), key=lambda axis: (-counts[axis], axis != along, -extent[axis], axis))
+    slow, middle, fast = _slow_to_fast(counts, extent, normal)
     node_order = np.lexsort((points[:, fast], planes[middle], planes[slow]))
     rank = inverse(node_order)
     lowest, total = np.empty(len(cells), dtype=np.int32), np.empty(len(cells), dtype=np.int64)
@@ -48,6 +50,40 @@ def slab_order(
     return node_order, np.lexsort((total, lowest))
 
 
+def grid_order(
+    lines: Sequence[NDArray[np.float64]], kind: str, normal: NDArray[np.float64] | None = None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    """Return `slab_order` of a box of cells of a kind, with these coordinates along x, y and z, without sorting them.
+
+    All cells that a hexahedron is cut into have its first node, which is their lowest one. None where planes are so
+    close that `slab_order` takes some of them for one.
+    """
+    extent = np.array([np.ptp(line) for line in lines])
+    if any(grid_planes(line, 1e-6 * float(extent.max()))[-1] != len(line) - 1 for line in lines):
+        return None
+    counts = np.array([len(line) for line in lines])
+    axes = _slow_to_fast(counts.tolist(), extent, normal)
+    orders = [
+        np.arange(shape.prod()).reshape(shape[::-1]).transpose([2 - axis for axis in axes]).reshape(-1)
+        for shape in (counts, counts - 1)
+    ]
+    steps = np.empty(3, dtype=np.int64)  # of the new numbers along x, y and z
+    steps[list(axes)] = counts[axes[1]] * counts[axes[2]], counts[axes[2]], 1
+    numbers = (HEX_CORNERS > 0.0) @ steps
+    cells = np.array(ELEMENTS[kind].in_box)
+    turn = np.argsort(numbers[cells].sum(axis=1), kind="stable")
+    return orders[0], orders[1] if len(cells) == 1 else (orders[1][:, None] * len(cells) + turn).reshape(-1)
+
+
+def _slow_to_fast(
+    counts: Sequence[int], extent: NDArray[np.float64], normal: NDArray[np.float64] | None
+) -> tuple[int, int, int]:
+    """Return the axes by falling number of slabs."""
+    along = -1 if normal is None else int(np.abs(normal).argmax())
+    slow, middle, fast = sorted(range(3), key=lambda axis: (-counts[axis], axis != along, -extent[axis], axis))
+    return slow, middle, fast
+
+
 def inverse(order: NDArray[Integer]) -> NDArray[Integer]:
     """Return the places [n] of the numbers of a permutation [n]."""
     place = np.empty_like(order)
@@ -55,14 +91,20 @@ def inverse(order: NDArray[Integer]) -> NDArray[Integer]:
     return place
 
 
-def renumbered(
-    place: NDArray[np.integer], cells: NDArray[np.integer], order: NDArray[np.integer] | None = None
-) -> NDArray[np.int32]:
+def renumbered(place: NDArray[np.integer], cells: Rows, order: NDArray[np.integer] | None = None) -> NDArray[np.int32]:
     """Return the cells [m, corners] with nodes by their places [n], those of `order` in that order, in 32 bits."""
     result = np.empty((len(cells if order is None else order), cells.shape[1]), dtype=np.int32)
     for part in chunks_of(len(result)):
         result[part] = place.take(cells[part] if order is None else cells.take(order[part], axis=0))
     return result
+
+
+def renumbered_late(place: NDArray[np.integer], cells: Rows, order: NDArray[np.integer]) -> Rows:
+    """Return `renumbered`, which stays late for cells that are."""
+    if not isinstance(cells, LateRows):
+        return renumbered(place, cells, order)
+    short = place.astype(np.int32)
+    return LateRows(lambda numbers: short.take(cells.take(order[numbers])), cells.shape, np.int32)
 
 
 def lanes_apart(cells: NDArray[np.integer]) -> NDArray[np.int64]:

@@ -12,6 +12,7 @@ import numpy as np
 from ..kernels import volume_places as places
 from ..kernels.lanes import LANE, SEGMENT, WIDTH
 from ..mesh.geometry import cell_volumes
+from ..mesh.late_rows import Rows
 from ..scene.body import Body
 from ..scene.cell_blocks import AVERAGED
 from .domain import CellBlock, Domain
@@ -51,7 +52,7 @@ def held_nodes(body: Body) -> np.ndarray:
     return np.asarray(np.isfinite(body.prescribed).all(axis=1) | body.tied)
 
 
-def body_volumes(body: Body, cells: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+def body_volumes(body: Body, cells: Rows, place: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the number of the volume node of every corner [m, 4], -1 without, and lambda/V_a of each [numbers].
 
     cells [m, corners]: nodes, numbered by place [n], block after block. None if nothing is averaged.

@@ -32,6 +32,9 @@ from ..kernels.columns import (
     SPRINGS,
     VISCOUS,
 )
+from ..mesh.box_arrays import BoxMesh
+from ..mesh.late_rows import Rows, rows_of
+from ..mesh.mesh import Mesh
 from ..scene.body import Body
 from ..scene.contact_models import ImpulseContact, MasslessContact
 from ..scene.friction_models import CELL_VISCOSITY, FrictionLayer
@@ -44,7 +47,7 @@ from .describe import describe
 from .domain import Domain, domains_of
 from .lumped_mass import NodeMasses, node_areas
 from .measured import Layout, probe_columns
-from .node_order import inverse, lanes_apart, renumbered, slab_order
+from .node_order import grid_order, inverse, lanes_apart, renumbered_late, slab_order
 from .node_volumes import body_volumes
 from .probe_places import probe_places
 from .redistribution import redistribute
@@ -192,7 +195,7 @@ def _by_blocks(body: Body, order: np.ndarray, place: np.ndarray) -> np.ndarray:
     for block in body.blocks:
         own = order[first : first + block.count]
         if block.kind == "tet4":
-            own[:] = own[lanes_apart(place[mesh.cells[own, : block.facts.corners]])]
+            own[:] = own[lanes_apart(place[mesh.cell_rows[own, : block.facts.corners]])]
         first += len(own)
     return order
 
@@ -203,12 +206,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     masses = NodeMasses(body)
     lumped = masses.total
     can_touch = scene.can_touch(index)
-    facing = None
-    if can_touch and scene.obstacles:
-        start = body.initial_nodes
-        nearest = min(scene.obstacles, key=lambda obstacle: float(obstacle.gap(start[body.contact_nodes]).min()))
-        facing = nearest.normal_at(start.mean(axis=0)[None])[0]
-    node_order, cell_order = slab_order(mesh.nodes, mesh.cells, facing)
+    node_order, cell_order = _order(mesh, _facing(scene, body) if can_touch and scene.obstacles else None)
     place = inverse(node_order)
     cell_order = _by_blocks(body, cell_order, place)
     driven = np.isfinite(body.prescribed)
@@ -223,7 +221,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
             massless = massless if body.images is None else massless.masters(body.images)
             moved = redistribute(masses, massless, free, scene.contact.depth)
             tensors = {"nodes": moved.nodes, "values": moved.tensors}
-    cells = renumbered(place, mesh.cells, cell_order)
+    cells = renumbered_late(place, mesh.cell_rows, cell_order)
     probes = probe_places(body)
     mesh.release()  # of a box: from here on cells have the numbering of the plan
     first = np.zeros(0, dtype=np.int64)
@@ -258,8 +256,8 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         body=body,
         node_order=node_order,
         cell_order=cell_order,
-        reference=mesh.nodes[node_order],
-        cells=cells,
+        places=rows_of(mesh.node_rows, node_order),
+        rows=cells,
         lumped=lumped[node_order],
         gravity=gravity,
         boundary=boundary,
@@ -278,6 +276,20 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         rigid=rigid_parts(body, label, lumped, mass, row[place]) if body.rigid_parts else (),
         probes=probes,
     )
+
+
+def _facing(scene: Scene, body: Body) -> np.ndarray:
+    """Return the normal [3] of the obstacle that is nearest to the contact nodes of a body, at its centre."""
+    touching = body.initial_at(body.contact_nodes)
+    nearest = min(scene.obstacles, key=lambda obstacle: float(obstacle.gap(touching).min()))
+    centre = sum(places.sum(axis=0) for places in body.initial_portions()) / body.mesh.node_count
+    return np.asarray(nearest.normal_at(centre[None])[0])
+
+
+def _order(mesh: Mesh, facing: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the order of the nodes and of the cells of a mesh in the plan, see `slab_order`."""
+    known = grid_order(mesh.lines, mesh.kind, facing) if isinstance(mesh, BoxMesh) else None
+    return slab_order(mesh.nodes, mesh.cells, facing) if known is None else known
 
 
 def _driven(body: Body, nodes: np.ndarray, axes: np.ndarray) -> np.ndarray:
@@ -304,18 +316,18 @@ def _plan_contact(
     body: Body,
     massless: MasslessNodes | None,
     place: np.ndarray,
-    cells: np.ndarray,
+    cells: Rows,
     cell_order: np.ndarray,
     viscosity: float,
 ) -> ContactPlan:
     """Make the contact lists of a body; viscosity: beta of its contact cells if the removal is normal."""
-    areas = node_areas(body.mesh.nodes, body.contact_faces)
+    areas = node_areas(body.mesh.node_rows, body.contact_faces)
     everyone, named = body.contact_nodes, cells
     nodes = everyone
     if body.images is not None:  # only masters are contact nodes
         areas = body.images.total(areas)
         nodes = np.unique(body.images.master[everyone])
-        named = place[body.images.master][np.argsort(place)[cells]]
+        named = place[body.images.master][np.argsort(place)[np.asarray(cells)]]
     if massless is None:
         nodes = nodes[np.argsort(place[nodes])]
         return ContactPlan(place[nodes], np.sort(place[everyone]), areas[nodes])

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ..mesh.geometry import cells_at
+from ..mesh.late_rows import Rows
 from ..scene.periodic import Images
 from .lumped_mass import NodeMasses
 from .removal import MasslessNodes
@@ -54,7 +55,8 @@ def redistribute(masses: NodeMasses, massless: MasslessNodes, free: np.ndarray, 
     mesh, images = masses.body.mesh, masses.body.images
     slot = np.full(mesh.node_count, -1)
     slot[massless.nodes] = np.arange(len(massless.nodes))
-    named = mesh.cells if images is None else images.master[mesh.cells]
+    nodes, rows = mesh.node_rows, mesh.cell_rows
+    named = rows if images is None else images.master[rows]
     cells_here = cells_at(slot >= 0, named)
     cells, share = named[cells_here], masses.of_cells(cells_here)
     cell, corner = np.nonzero(slot[cells] >= 0)  # one row per (cell, corner in K); a repeated corner has no mass
@@ -63,7 +65,7 @@ def redistribute(masses: NodeMasses, massless: MasslessNodes, free: np.ndarray, 
     outside = slot[around] < 0
     if mesh.repeated is not None:
         outside &= ~mesh.repeated[cells_here][cell]
-    places = mesh.nodes[mesh.cells[cells_here][cell]]  # where the corners are, not where their masters are
+    places = nodes[rows[cells_here]][cell]  # where the corners are, not where their masters are
     distance = np.linalg.norm(places - places[np.arange(len(cell)), corner][:, None], axis=2)
     inverse = np.where(outside, 1.0 / np.where(outside, distance, 1.0), 0.0)
     graph = _Graph(named, slot)
@@ -84,18 +86,18 @@ def redistribute(masses: NodeMasses, massless: MasslessNodes, free: np.ndarray, 
         row, receiver = np.nonzero(part)
         transfers.add(around[rows[row], receiver], part[row, receiver], direction[rows[row]])
         for lone in np.flatnonzero(has & (total == 0.0)):  # a cell without any node outside K
-            nodes = graph.nearest(int(donor[lone]))
-            weights = 1.0 / _distance(mesh.nodes[nodes] - mesh.nodes[donor[lone]], images)
-            transfers.add(nodes, weights / weights.sum() * mass[lone], np.tile(direction[lone], (len(nodes), 1)))
+            near = graph.nearest(int(donor[lone]))
+            weights = 1.0 / _distance(nodes[near] - nodes[donor[lone]], images)
+            transfers.add(near, weights / weights.sum() * mass[lone], np.tile(direction[lone], (len(near), 1)))
     if depth > 1:
         whole = np.zeros(len(massless.nodes))
         np.add.at(whole, slot[donor], share[cell, corner])
         for index, node in enumerate(massless.nodes):
-            for nodes in graph.layers(int(node), int(layers[index]))[1:]:
-                weights = 1.0 / _distance(mesh.nodes[nodes] - mesh.nodes[node], images)
+            for layer in graph.layers(int(node), int(layers[index]))[1:]:
+                weights = 1.0 / _distance(nodes[layer] - nodes[node], images)
                 part = weights / weights.sum() * whole[index] / layers[index]
                 for direction in massless.basis[index].T[: massless.rank[index]]:
-                    transfers.add(nodes, part, np.tile(direction, (len(nodes), 1)))
+                    transfers.add(layer, part, np.tile(direction, (len(layer), 1)))
     receivers, gained = transfers.tensors()
     lumped = masses.total if images is None else images.total(masses.total)
     removed = np.einsum("kic,kjc->kij", massless.basis, massless.basis)
@@ -113,8 +115,13 @@ def _distance(difference: np.ndarray, images: Images | None) -> np.ndarray:
 class _Graph:
     """Neighbourhood of nodes through cells, for receivers that lie in other cells than the contact node."""
 
-    def __init__(self, cells: np.ndarray, slot: np.ndarray) -> None:
-        self.cells, self.slot = cells, slot
+    def __init__(self, cells: Rows, slot: np.ndarray) -> None:
+        self._rows, self.slot = cells, slot
+
+    @cached_property
+    def cells(self) -> np.ndarray:
+        """All cells [m, corners]."""
+        return np.asarray(self._rows)
 
     @cached_property
     def _around(self) -> tuple[np.ndarray, np.ndarray]:

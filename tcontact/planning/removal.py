@@ -15,7 +15,7 @@ from ..scene.periodic import Images
 from ..scene.reach import within_reach
 from ..scene.scene import Scene
 from .metal_removal import ONE_SIDE, check_full, fast_metal, own_normals
-from .rotation import spin
+from .rotation import moves_as_one, spin
 
 FACING = np.cos(np.radians(15.0))  # a face within 15 degrees of its plane may lose normal mass only
 SPINS = 0.05  # [rad]: a body that spins by less in the duration keeps its normals
@@ -79,12 +79,14 @@ def _plane_normals(scene: Scene, body: Body) -> np.ndarray | None:
 
 def _outward(body: Body) -> np.ndarray:
     """Return the unit outward normals [k, 3] of the contact faces at the start."""
-    areas = area_vectors(body.initial_nodes[body.contact_faces])
+    areas = area_vectors(body.initial_at(body.contact_faces))
     return np.asarray(areas / np.linalg.norm(areas, axis=1)[:, None])
 
 
 def _turn(scene: Scene, body: Body) -> float:
     """Return by how much [rad] a body turns in the duration, with the spin of its start."""
+    if moves_as_one(body.initial_velocity):
+        return 0.0
     return float(np.linalg.norm(spin(body, body.initial_velocity, body.initial_nodes))) * scene.duration
 
 
@@ -158,7 +160,7 @@ def massless_nodes(scene: Scene, index: int) -> MasslessNodes:
             scene.obstacles[number]
             for number in within_reach(body, scene.obstacles, scene.duration, scene.largest_gravity)
         ]
-        normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in obstacles], axis=1)
+        normals = np.stack([obstacle.normal_at(body.initial_at(nodes)) for obstacle in obstacles], axis=1)
     candidates = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)
     patterns, member = np.unique(candidates, axis=0, return_inverse=True)
     member = member.reshape(-1)
@@ -200,19 +202,22 @@ def check_clusters(body: Body, massless: MasslessNodes) -> None:
     mesh = body.mesh
     inside = np.zeros(mesh.node_count, dtype=bool)
     inside[massless.nodes] = True
-    cells = mesh.cells[cells_at(inside, mesh.cells)]
+    rows = mesh.cell_rows
+    near, numbers = np.unique(rows[cells_at(inside, rows)], return_inverse=True)
+    cells = numbers.reshape(-1, rows.shape[1])  # from here on nodes are numbered as in `near`
+    inside, places = inside[near], mesh.nodes_at(near)
     mine = inside[cells]
-    label = np.where(inside, np.arange(mesh.node_count), mesh.node_count)
+    label = np.where(inside, np.arange(len(near)), len(near))
     while True:  # smallest label wins, through the cells
-        lowest = np.where(mine, label[cells], mesh.node_count).min(axis=1)
+        lowest = np.where(mine, label[cells], len(near)).min(axis=1)
         before = label.copy()
         np.minimum.at(label, cells[mine], np.broadcast_to(lowest[:, None], cells.shape)[mine])
         label[inside] = label[label[inside]]
         if (label == before).all():
             break
-    owner = np.where(mine, label[cells], mesh.node_count).min(axis=1)
+    owner = np.where(mine, label[cells], len(near)).min(axis=1)
     kept = np.eye(3) - np.einsum("kic,kjc->kij", massless.basis, massless.basis)
-    place = np.searchsorted(massless.nodes, np.arange(mesh.node_count))
+    place = np.searchsorted(massless.nodes, near)
     for cluster in np.unique(owner):
         members = np.unique(cells[owner == cluster])
         neighbours, own = members[~inside[members]], members[inside[members]]
@@ -220,14 +225,14 @@ def check_clusters(body: Body, massless: MasslessNodes) -> None:
             raise InputError(
                 "Body.contact",
                 body.contact,
-                f"no node with mass lies next to the {len(own)} contact nodes around node {own[0]}; make the contact"
-                " set smaller (only the faces that can touch) or the mesh finer",
+                f"no node with mass lies next to the {len(own)} contact nodes around node {near[own[0]]}; make the"
+                " contact set smaller (only the faces that can touch) or the mesh finer",
             )
-        centre = mesh.nodes[own].mean(axis=0)
-        scale = np.abs(mesh.nodes[members] - centre).max()
+        centre = places[own].mean(axis=0)
+        scale = np.abs(places[members] - centre).max()
         gram = np.zeros((6, 6))
         for nodes, held in ((neighbours, np.broadcast_to(np.eye(3), (len(neighbours), 3, 3))), (own, kept[place[own]])):
-            arm = (mesh.nodes[nodes] - centre) / scale
+            arm = (places[nodes] - centre) / scale
             modes = np.zeros((len(nodes), 3, 6))
             modes[:, :, :3] = np.eye(3)
             for axis in range(3):
@@ -239,8 +244,8 @@ def check_clusters(body: Body, massless: MasslessNodes) -> None:
             raise InputError(
                 "MasslessContact.removal",
                 massless.removal,
-                f"the {len(own)} contact nodes around node {own[0]} can turn about their {len(neighbours)} neighbours"
-                f" with mass; {_remedy_of_turning(massless.removal)}",
+                f"the {len(own)} contact nodes around node {near[own[0]]} can turn about their {len(neighbours)}"
+                f" neighbours with mass; {_remedy_of_turning(massless.removal)}",
             )
 
 

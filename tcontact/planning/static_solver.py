@@ -125,10 +125,10 @@ def height_over_width(body: BodyPlan) -> float:
     assert body.contact is not None
     found = []
     for block in body.contact_blocks:
-        cells = block.cells[block.contact]
+        cells = block.rows[block.contact]
         named = cells if body.images is None else body.images.master[cells]
         massless = np.isin(named, body.contact.nodes)
-        x = body.reference[cells]
+        x = body.places[cells]
         away = np.linalg.norm(x[:, :, None] - x[:, None], axis=-1)
         away[:, np.arange(cells.shape[1]), np.arange(cells.shape[1])] = np.inf
         one, other = massless[:, :, None], massless[:, None]

@@ -12,6 +12,7 @@ import numpy as np
 from ..base import validate
 from ..base.errors import InputError
 from ..mesh.elements import ELEMENTS, Element
+from ..mesh.late_rows import Rows
 from ..mesh.mesh import Mesh
 from .materials import LAWS, Material
 
@@ -39,6 +40,12 @@ class BodyBlock:
     def cells(self) -> np.ndarray:
         """The nodes [m, corners] of its cells."""
         return self._region if self.region is not None else dict(self.mesh.blocks)[self.kind]
+
+    @property
+    def rows(self) -> Rows:
+        """`cells`, for what reads some of them at a time, see `Mesh.cell_rows`."""
+        alone = self.region is None and len(self.mesh.cell_counts) == 1
+        return self.mesh.cell_rows if alone else self.cells
 
     @property
     def count(self) -> int:

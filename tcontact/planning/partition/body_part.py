@@ -63,7 +63,7 @@ def acting_nodes(plan: BodyPlan, tied: np.ndarray, touching: bool = True) -> np.
     tied: nodes of the mesh that springs of the scene connect; touching: contact is part of it, and so are the nodes
     that have the mass of contact nodes; else only those of the contact set that supports hold, whose gaps it measures.
     """
-    body, inside = plan.body, np.zeros(len(plan.reference), dtype=bool)
+    body, inside = plan.body, np.zeros(plan.node_count, dtype=bool)
     rows = np.setdiff1d(np.arange(len(plan.boundary)), _plainly_held(plan))
     if not touching:
         rows = np.unique(plan.support_rows[plan.driven >= 0])
@@ -73,7 +73,7 @@ def acting_nodes(plan: BodyPlan, tied: np.ndarray, touching: bool = True) -> np.
     if touching and plan.contact is not None:
         inside[plan.contact.all_nodes] = True
         if plan.contact.graph is not None:
-            inside[plan.cells[plan.contact.graph.cells]] = True
+            inside[plan.rows[plan.contact.graph.cells]] = True
     found = [plan.node_order[inside], tied, loaded_nodes(body)]
     found += [body.mesh.nodes_of(point.set) for point in body.point_masses]
     return np.unique(np.concatenate(found)).astype(np.int64)
@@ -101,7 +101,7 @@ def body_part(plan: BodyPlan, part: Part, acts: bool, share: BodyShare | None = 
     body = _part_of_body(plan.body, part, acts, share is not None)
     nodes = np.sort(plan.place[part.nodes]).astype(np.int32)
     node_order = np.searchsorted(part.nodes, plan.node_order[nodes]).astype(np.int32)
-    place, number = inverse(node_order), np.full(len(plan.reference), -1, dtype=np.int64)
+    place, number = inverse(node_order), np.full(plan.node_count, -1, dtype=np.int64)
     number[nodes] = np.arange(len(nodes))
     touching = np.zeros(0, dtype=np.int64)
     graph = None if plan.contact is None else plan.contact.graph
@@ -133,14 +133,14 @@ def body_part(plan: BodyPlan, part: Part, acts: bool, share: BodyShare | None = 
     counted = part.owner[node_order] == part.rank  # the reaction of a support is that of one copy
     mine = row_of[plan.support_rows] >= 0
     mine[mine] = counted[boundary[row_of[plan.support_rows[mine]]]]
-    ordered = Ordered(plan.reference[nodes], renumbered(place, body.mesh.cells, cell_order), node_order, cell_order)
+    ordered = Ordered(plan.places[nodes], renumbered(place, body.mesh.cells, cell_order), node_order, cell_order)
     found = replace(
         plan,
         body=with_mesh(body, OrderedMesh.of(ordered, Facts.of(body.mesh))),
         node_order=node_order,
         cell_order=cell_order,
-        reference=ordered.places,
-        cells=ordered.rows,
+        places=ordered.places,
+        rows=ordered.rows,
         lumped=lumped,
         boundary=boundary,
         tensors=np.concatenate([plan.tensors[kept_rows], own]),
@@ -171,7 +171,7 @@ def _inverted(mass: np.ndarray) -> np.ndarray:
 def no_part(plan: BodyPlan, rank: int) -> BodyPart:
     """Return the part of a rank without cells of the body: its plan has no nodes."""
     none = np.zeros(0, dtype=np.int64)
-    empty = {name: getattr(plan, name)[:0] for name in ("node_order", "cell_order", "reference", "cells", "lumped")}
+    empty = {name: getattr(plan, name)[:0] for name in ("node_order", "cell_order", "places", "rows", "lumped")}
     empty |= {name: getattr(plan, name)[:0] for name in ("boundary", "tensors", "inverses", "loads", "speeds")}
     empty |= dict.fromkeys(("support_rows", "support_axes", "driven"), none)
     part = Part(rank, none, none, none, ())

@@ -1,4 +1,4 @@
-"""The graph of the hexahedra of a box, which share a face with the next one along each axis: it needs no list of them.
+"""The graph of the hexahedra of boxes, which share a face with the next one along each axis: it needs no list of them.
 
 METIS cuts blocks of 2 x 2 x 2 cells, with the number of cells of each and of faces between them as weights, so that its
 copies of the graph take an eighth of what the cells would.
@@ -6,6 +6,7 @@ copies of the graph take an eighth of what the cells would.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -18,45 +19,59 @@ FINE = 100_000  # cells up to which METIS cuts the cells themselves
 
 
 class BoxGraph:
-    """As `CellGraph`, of a box with so many hexahedra along x, y and z; chosen [c]: those in it, None: all of them."""
+    """As `CellGraph`, of boxes with so many hexahedra along x, y and z, numbered box after box.
 
-    def __init__(self, counts: tuple[int, int, int], chosen: IntArray | None = None) -> None:
-        self.counts, self.chosen = counts, chosen
+    chosen [c]: those in it, ascending, None: all of them.
+    """
+
+    def __init__(self, boxes: Sequence[tuple[int, int, int]], chosen: IntArray | None = None) -> None:
+        self.boxes, self.chosen = boxes, chosen
+        self._starts = np.cumsum([0, *(int(np.prod(counts)) for counts in boxes)])
+
+    def _of_box(self, number: int, cells: IntArray) -> IntArray:
+        """Return those of some cells, ascending, that a box has, numbered as its own."""
+        first, last = self._starts[number : number + 2]
+        return cells[slice(*np.searchsorted(cells, (first, last)))] - first
 
     def within(self, chosen: IntArray) -> BoxGraph:
         """Return the graph of some cells, ascending, in their order."""
-        return BoxGraph(self.counts, chosen if self.chosen is None else self.chosen[chosen])
+        return BoxGraph(self.boxes, chosen if self.chosen is None else self.chosen[chosen])
 
     def near_of(self, cells: IntArray) -> IntArray:
-        """Return the neighbours of some cells of the whole box, ascending."""
-        place, found = np.unravel_index(cells, self.counts[::-1]), [cells[:0]]
-        for axis, along in enumerate(place):
-            step = int(np.prod(self.counts[: 2 - axis]))  # of the numbers along z, y, x
-            found += [cells[along > 0] - step, cells[along < self.counts[2 - axis] - 1] + step]
+        """Return the neighbours of some cells, ascending, of the whole boxes, ascending."""
+        found = [cells[:0]]
+        for number, counts in enumerate(self.boxes):
+            own = self._of_box(number, cells)
+            for axis, along in enumerate(np.unravel_index(own, counts[::-1])):
+                step = int(np.prod(counts[: 2 - axis]))  # of the numbers along z, y, x
+                near = [own[along > 0] - step, own[along < counts[2 - axis] - 1] + step]
+                found += [one + self._starts[number] for one in near]
         return np.unique(np.concatenate(found))
 
     def cut(self, parts: int) -> IntArray:
         """Return the part [cells] of every cell: parts of nearly equal size, few neighbours between them."""
-        total = int(np.prod(self.counts)) if self.chosen is None else len(self.chosen)
+        total = int(self._starts[-1]) if self.chosen is None else len(self.chosen)
         if parts == 1:
             return np.zeros(total, dtype=np.int64)
         if total <= FINE:
-            whole = CellGraph.of_box(self.counts)
+            whole = CellGraph.joined([CellGraph.of_box(counts) for counts in self.boxes])
             return (whole if self.chosen is None else whole.within(self.chosen)).cut(parts)
-        graph, cells_of, block = self._blocks()
-        found = graph.cut(parts, cells_of)
+        graphs, cells_of, blocks = zip(*map(self._blocks, range(len(self.boxes))), strict=True)
+        found = CellGraph.joined(graphs).cut(parts, np.concatenate(cells_of))
+        starts = np.cumsum([0, *map(len, cells_of)], dtype=np.int32)
+        block = np.concatenate([own + first for own, first in zip(blocks, starts, strict=False)])
         return found[block if self.chosen is None else block[self.chosen]]
 
-    def _blocks(self) -> tuple[CellGraph, IntArray, IntArray]:
-        """Return the graph of the blocks that have cells, the number of these, and the block of every cell of the box.
+    def _blocks(self, number: int) -> tuple[CellGraph, IntArray, IntArray]:
+        """Return the graph of the blocks of a box that have cells, the number of these, and the block of every cell.
 
         Blocks of cells that are not in the graph have the number of some other block.
         """
-        shape = self.counts[::-1]
+        shape = self.boxes[number][::-1]
         inside = np.ones(int(np.prod(shape)), dtype=bool)
         if self.chosen is not None:
             inside[:] = False
-            inside[self.chosen] = True
+            inside[self._of_box(number, self.chosen)] = True
         room = tuple(-(-count // SIDE) * SIDE for count in shape)
         cells = np.zeros(room, dtype=bool)
         cells[tuple(slice(count) for count in shape)] = inside.reshape(shape)

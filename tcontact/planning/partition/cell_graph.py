@@ -87,6 +87,18 @@ class CellGraph:
         start = np.searchsorted(one[order], np.arange(count + 1))
         return cls(start, other[order].astype(np.int32), np.concatenate([weights, weights])[order])
 
+    @classmethod
+    def joined(cls, graphs: Sequence[CellGraph]) -> CellGraph:
+        """Make the graph of the cells of several graphs, numbered one after the other."""
+        if len(graphs) == 1:
+            return graphs[0]
+        cells = np.cumsum([0, *(len(one.start) - 1 for one in graphs)], dtype=np.int32)
+        pairs = np.cumsum([0, *(len(one.near) for one in graphs)])
+        start = [one.start[1:] + first for one, first in zip(graphs, pairs, strict=False)]
+        near = [one.near + first for one, first in zip(graphs, cells, strict=False)]
+        weights = [one.weights for one in graphs if one.weights is not None]
+        return cls(np.concatenate([[0], *start]), np.concatenate(near), np.concatenate(weights) if weights else None)
+
     def within(self, chosen: IntArray) -> CellGraph:
         """Return the graph of some cells, ascending, in their order."""
         place = np.full(len(self.start) - 1, -1, dtype=np.int32)

@@ -230,9 +230,8 @@ def cut_domain(domain: Domain, scene: Scene, ranks: int, contact: int | None = N
 
 def _graph_of(meshes: list[Mesh]) -> CellGraph | BoxGraph:
     """Return the graph of the cells of some meshes, numbered one after the other."""
-    if len(meshes) == 1 and isinstance(meshes[0], BoxMesh) and meshes[0].kind == "hex8":
-        return BoxGraph(meshes[0].counts)
-    return CellGraph.of_meshes(meshes)
+    boxes = [mesh.counts for mesh in meshes if isinstance(mesh, BoxMesh) and mesh.kind == "hex8"]
+    return BoxGraph(boxes) if len(boxes) == len(meshes) else CellGraph.of_meshes(meshes)
 
 
 def _acting_cells(domain: Domain, scene: Scene, touching: bool) -> np.ndarray:

@@ -48,7 +48,7 @@ def unpacked(message: dict[str, Any], whole: DomainOutline, scene: Scene) -> Dom
 def _unpacked_body(found: dict[str, Any], whole: BodyOutline, scene: Scene) -> BodyPart:
     body, part, plan = whole.body, found["part"], found["plan"]
     if "mesh" in found:
-        ordered = Ordered(*(plan[name] for name in ("reference", "cells", "node_order", "cell_order")))
+        ordered = Ordered(*(plan[name] for name in ("places", "rows", "node_order", "cell_order")))
         body = body_of(body, OrderedMesh.of(ordered, found["mesh"]), part.nodes, False, False)
     plan = BodyPlan(**plan, **ACTS, body=body, damping=scene.damping, viscosity=scene.viscosity)
     if "mesh" not in found:

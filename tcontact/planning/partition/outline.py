@@ -68,8 +68,8 @@ def forget_cells(planned: Plan | PlanOutline) -> None:
     for domain in planned.domains:
         domain.__dict__.pop("blocks", None)
     for plan in planned.bodies:
-        plan.__dict__["blocks"] = tuple(replace(one, cells=np.array(one.cells[:0])) for one in plan.blocks)
-        plan.__dict__.update(cells=np.array(plan.cells[:0]), cell_order=np.array(plan.cell_order[:0]))
+        plan.__dict__["blocks"] = tuple(replace(one, rows=np.array(one.rows[:0])) for one in plan.blocks)
+        plan.__dict__.update(rows=np.array(plan.rows[:0]), cell_order=np.array(plan.cell_order[:0]))
         plan.__dict__.update(node_order=plan.node_order.astype(np.int32))  # half the memory
         plan.body.mesh.release()
 
@@ -88,7 +88,7 @@ def forget_places(planned: Plan | PlanOutline, parts: Sequence[DomainPart]) -> N
         domain.__dict__.pop("reference", None)
         for plan in domain.bodies:
             plan.__dict__.pop("place", None)  # follows from the order of the nodes
-            plan.__dict__["reference"] = np.broadcast_to(np.nan, plan.reference.shape)
+            plan.__dict__["places"] = np.broadcast_to(np.nan, plan.places.shape)
 
 
 def told(planned: Plan) -> dict[str, Any]:

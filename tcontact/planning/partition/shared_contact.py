@@ -92,7 +92,7 @@ def _holds_together(plan: BodyPlan) -> bool:
     if plan.contact.graph is None or not len(plan.contact.nodes):
         return True
     held = held_nodes(plan.contact)
-    return bool(len(held)) and not np.isin(plan.cells[plan.contact.graph.cells], held).any()
+    return bool(len(held)) and not np.isin(plan.rows[plan.contact.graph.cells], held).any()
 
 
 def mesh_starts(domain: Domain) -> np.ndarray:

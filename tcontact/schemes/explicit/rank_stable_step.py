@@ -114,7 +114,7 @@ def _penalty(whole: StableStep | None, part: BodyPart, team: Team) -> np.ndarray
         return None
     values = None
     if whole is not None and whole.plan.contact is not None:
-        values = np.zeros(len(whole.plan.reference))
+        values = np.zeros(whole.plan.node_count)
         values[whole.plan.contact.nodes] = whole.penalty
     mine = team.shared_out(values, part.nodes)
     return None if part.plan.contact is None else mine[part.plan.contact.nodes]

@@ -130,13 +130,13 @@ class StableStep:
 
     def _cell_bounds(self) -> tuple[np.ndarray | None, float]:
         """Return (wave speed over height)^2 of the stiffest cell at every node [1/s^2], and the smallest height [m]."""
-        bound, smallest = np.zeros(len(self.plan.reference)), np.inf
+        bound, smallest = np.zeros(self.plan.node_count), np.inf
         for block in self.plan.blocks:
-            height = spanned_heights(block.own.kind, self.plan.reference, block.cells)
+            height = spanned_heights(block.own.kind, self.plan.places, block.rows)
             with np.errstate(over="ignore"):  # as in `estimate`
                 rate = (block.own.material.wave_speed / height) ** 2
             for part in chunks_of(len(rate)):
-                np.maximum.at(bound, block.cells[part], rate[part, None])
+                np.maximum.at(bound, block.rows[part], rate[part, None])
             smallest = min(smallest, float(height.min()))
         return bound, smallest
 
