@@ -5,7 +5,8 @@ import pytest
 from conftest import THREADS
 
 import tcontact as tc
-from tcontact.lab.bench import pairs, queries, rubbing
+from tcontact.lab.bench import pairs, queries, rubbing, static_solvers
+from tcontact.planning import domain
 
 
 def test_friction_rows_carry_errors_and_slide(monkeypatch):
@@ -59,9 +60,22 @@ def test_the_cost_of_pairs_is_shared_out(monkeypatch):
         assert row["energy_error"] < 0.1
         assert 0.0 < row["rebuilds_per_step"] <= 2.0
         assert row["products_mean"] > 0.0
-        assert sum(share["median"] for share in row["shares"].values()) <= 1.0
+        assert sum(share["median"] for share in row["shares"].values() if share) <= 1.0
         assert row["shares"]["coupling"]["low"] > 0.0
+        assert row["shares"]["solve"] is row["shares"]["force"] is None  # one launch, whose parts nobody can time
     assert pairs.face_pairs(pairs.scene(4, "falling")) > 16  # every slave face meets several
     text = pairs.lines([found | {"ok": True, "threads": THREADS}, {"ok": False, "threads": 1, "reason": "why"}])
     assert len(text) == 5
+    assert " % | - | - | " in text[2]
     assert "why" in text[-1]
+
+
+def test_the_solve_of_a_small_cube_is_not_timed_apart_and_that_of_a_large_one_is(monkeypatch):
+    monkeypatch.setattr(static_solvers, "ROUNDS", 1)
+    small = static_solvers.compare(4, THREADS, poissons=(0.3,), removals=("normal",))
+    assert [row["contact_s"] for row in small] == [None, None]
+    assert all(" | - | " in line for line in static_solvers.lines(small)[2:])
+    monkeypatch.setattr(domain, "SMALL", dict.fromkeys(domain.SMALL, 1))
+    large = static_solvers.compare(4, THREADS, poissons=(0.3,), removals=("normal",))
+    assert all(0.0 < row["contact_s"]["median"] < row["step_s"]["median"] for row in large)
+    assert all(" | - | " not in line for line in static_solvers.lines(large)[2:])

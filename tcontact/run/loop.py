@@ -19,7 +19,6 @@ from ..planning.measured import combined
 from ..planning.planning import Plan
 from ..results.result import Maximum, Result
 from ..scene.contact_models import MasslessContact
-from ..scene.friction_models import FLUTTERS
 from ..scene.pairs import stiff_slaves
 from ..scene.scene import Scene
 from ..schemes import Scheme
@@ -29,6 +28,7 @@ from .body_search import body_search
 from .checkpoint.keeper import Keeper
 from .end_checks import end_warnings
 from .end_state import end_state
+from .flutter import SLID, flutter
 from .guards import Guards, Stop, early_stop
 from .history import MOST_ROWS, History
 from .interrupts import interrupts
@@ -44,7 +44,6 @@ FIRST_CHECK = 100  # steps between estimates of the stable step of a nonlinear b
 LAST_CHECK = 800
 FEW_PRODUCTS = 6
 CLOSE = 0.95  # a step larger than this share of the present stable step is shortened to cfl times it
-SLID = 0.05  # work of friction over the largest energy above which a body slides
 CRUSHED = 0.05  # drop of the smallest det F after which the stable step is estimated at once
 
 
@@ -119,9 +118,7 @@ class Run:
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)
-        self._may_flutter = scene.largest_friction >= FLUTTERS and any(
-            body.contact and body.contact.removal == "normal" for body in planned.bodies
-        )
+        self._flutter = flutter(scene, planned.bodies)
 
     def made_states(self, displacement: list[np.ndarray], velocity: list[np.ndarray]) -> list[Any]:
         """Make the state of every domain; displacement, velocity: start of every body [n, 3]."""
@@ -282,14 +279,10 @@ class Run:
                 record.thin()
 
     def _warn_flutter(self) -> None:
-        """Warn when a body slides with a coefficient above which the viscosity of contact cells cannot stop flutter."""
-        if self._may_flutter and self.history.friction_work() > SLID * self.history.reference_energy:
-            self._may_flutter = False
-            self.warn(
-                f"flutter: nodes that keep their tangential mass and slide with a friction coefficient of"
-                f" {self.scene.largest_friction:g} (from {FLUTTERS:g} on) lose some of their friction; compare with"
-                " MasslessContact(removal='full')"
-            )
+        """Warn when bodies slide that may flutter."""
+        if self._flutter and self.history.friction_work() > SLID * self.history.reference_energy:
+            self.warn(self._flutter)
+            self._flutter = ""
 
     def _step(self, time: float, before: float, after: float, many: int) -> int:
         """Do one step of every domain, or up to `many` of a small one; return the number of steps."""

@@ -15,6 +15,7 @@ from ..friction_layer.metals import STAINLESS_304, Metal
 
 CELL_VISCOSITY = 0.2  # beta of the contact cells with normal removal at which flutter of the mesh does not grow
 FLUTTERS = 0.6  # coefficient above which flutter reduces friction in spite of it
+FLUTTERS_SOFT = (0.4, 0.4), (0.48, 0.25)  # Poisson's ratios, and the coefficient from which any face flutters there
 
 
 @dataclass(frozen=True)

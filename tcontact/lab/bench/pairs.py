@@ -15,7 +15,7 @@ from ...run.simulation import simulate
 from ...scene.contact_models import MasslessContact
 from ...scene.scene import Scene
 from . import blocks, timing
-from .parts import PAIR_PARTS, parts_of_a_step
+from .parts import PAIR_PARTS, WHOLE_STEP, parts_of_a_step
 
 TURN = 17.0  # between the meshes [degrees]
 STEPS, ROUNDS = 60, 5
@@ -46,8 +46,9 @@ def scene(size: int, motion: str) -> Scene:
 def pairs(arch: str, threads: int, size: int, steps: int = STEPS) -> dict[str, Any]:
     """Return a row for each motion: seconds of a step and the shares of its parts over `steps` steps in contact.
 
-    Each round is a run from the start; the first step, which compiles, is not in it. `us_per_face_pair`: time of the
-    coupling of a pair of faces that may meet.
+    Each round is a run from the start; the first step, which compiles, is not in it. Shares of the solve and the force
+    are None for small cubes, which do both in one launch. `us_per_face_pair`: time of the coupling of a pair of faces
+    that may meet.
     """
     runtime.start(arch, threads)
     load = timing.load()
@@ -71,7 +72,10 @@ def _row(given: Scene, steps: int, options: dict[str, Any]) -> dict[str, Any]:
     return {
         "steps": result.steps,
         "step_s": timing.spread(whole),
-        "shares": {name: timing.spread(part / whole) for name, part in seconds.items()},
+        "shares": {
+            name: None if WHOLE_STEP in parts[0] and name in ("solve", "force") else timing.spread(part / whole)
+            for name, part in seconds.items()
+        },
         "rebuilds_per_step": built,
         "us_per_face_pair": timing.spread(1e6 * seconds["coupling"] / built / face_pairs(given)),
         "products_mean": float(history["solver_products"][1:].mean()),
@@ -100,7 +104,8 @@ def lines(found: Sequence[dict[str, Any]]) -> list[str]:
             text.append(f"two cubes, {part['threads']} threads: FAILED: {part['reason']}")
             continue
         for row in part["rows"]:
-            shares = " | ".join(f"{100.0 * row['shares'][name]['median']:.1f} %" for name in SHARES)
+            known = [row["shares"][name] for name in SHARES]
+            shares = " | ".join("-" if share is None else f"{100.0 * share['median']:.1f} %" for share in known)
             text.append(
                 f"| {part['size']}^3, {row['motion']} | {part['threads']} | {1e3 * row['step_s']['median']:.1f} |"
                 f" {shares} | {row['rebuilds_per_step']:.2f} | {row['us_per_face_pair']['median']:.1f} |"

@@ -62,16 +62,16 @@ class BoxGraph:
         block = np.concatenate([own + first for own, first in zip(blocks, starts, strict=False)])
         return found[block if self.chosen is None else block[self.chosen]]
 
-    def _blocks(self, number: int) -> tuple[CellGraph, IntArray, IntArray]:
+    def _blocks(self, box: int) -> tuple[CellGraph, IntArray, IntArray]:
         """Return the graph of the blocks of a box that have cells, the number of these, and the block of every cell.
 
         Blocks of cells that are not in the graph have the number of some other block.
         """
-        shape = self.boxes[number][::-1]
+        shape = self.boxes[box][::-1]
         inside = np.ones(int(np.prod(shape)), dtype=bool)
         if self.chosen is not None:
             inside[:] = False
-            inside[self._of_box(number, self.chosen)] = True
+            inside[self._of_box(box, self.chosen)] = True
         room = tuple(-(-count // SIDE) * SIDE for count in shape)
         cells = np.zeros(room, dtype=bool)
         cells[tuple(slice(count) for count in shape)] = inside.reshape(shape)
