@@ -298,7 +298,7 @@ def test_a_part_measured_alone_refuses_options_that_it_would_ignore(alone, optio
 
 def test_a_gpu_refuses_several_threads(tmp_path, capsys):
     assert main(["bench", "--arch", "cuda", "--threads", "1,2", "--out", str(tmp_path / "new")]) == 2
-    assert "--arch cuda takes one number" in capsys.readouterr().err
+    assert "--arch cuda takes one value" in capsys.readouterr().err
 
 
 def test_a_quick_look_keeps_what_is_given(monkeypatch, tmp_path):

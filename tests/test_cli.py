@@ -19,7 +19,7 @@ import pytest
 
 import tcontact as tc
 from tcontact.cases import bar_impact
-from tcontact.commands import folder, info
+from tcontact.commands import cli, folder, info
 from tcontact.commands.cli import main
 from tcontact.results.checks import at_most
 from tcontact.results.files.vtkhdf import ResultData
@@ -309,6 +309,15 @@ def test_comparison_runs_both_and_puts_them_side_by_side(tmp_path, capsys):
     assert main(arguments) == 2
     assert main(["run", "bar-impact", *SMALL, "--quiet", "--force", "--out", str(out)]) == 0
     assert names(out) == NUMBERS, "the runs of the comparison were ours and are gone"
+
+
+def test_ctrl_c_while_a_command_is_imported_ends_without_a_traceback(monkeypatch, capsys):
+    def pressed(_name, _package):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "import_module", pressed)
+    assert main(["list"]) == 1
+    assert capsys.readouterr().err == "tcontact: interrupted\n"
 
 
 def test_an_interrupted_comparison_stops_there_and_keeps_what_it_has(tmp_path, monkeypatch, capsys):

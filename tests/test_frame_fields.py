@@ -47,8 +47,10 @@ def test_wrong_fields_and_a_full_disk_are_refused_before_anything_is_written(tmp
         with pytest.raises(tc.InputError, match="von_mises"):
             tc.simulate(scene(2), out=out, frames=2, fields=wrong)
     monkeypatch.setattr(shutil, "disk_usage", lambda place: SimpleNamespace(free=1000))
-    with pytest.raises(tc.InputError, match="fewer frames"):
+    with pytest.raises(tc.InputError, match=r"out = .*fewer frames"):
         tc.simulate(scene(2), out=out, frames=2)
+    with pytest.raises(tc.InputError, match=r"out = .*another folder$"):
+        tc.simulate(scene(2), out=out)
     assert not out.exists()
 
 

@@ -195,7 +195,7 @@ def _check(arguments: argparse.Namespace) -> None:
     for name in one or (("threads",) if arguments.arch == "cuda" else ()):
         if len(getattr(arguments, name) or ()) > 1:
             reason = alone or "--arch cuda"
-            raise InputError(f"--{name}", getattr(arguments, name), f"{reason} takes one number: give it alone")
+            raise InputError(f"--{name}", getattr(arguments, name), f"{reason} takes one value: give it alone")
 
 
 def _among(known: tuple[str, ...]) -> Callable[[str], str]:

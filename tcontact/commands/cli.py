@@ -96,6 +96,8 @@ def _run(argv: Sequence[str] | None) -> int:
         arguments = parser(words[0] if words and words[0] in COMMANDS else None).parse_args(argv)
     except SystemExit as stop:  # argparse: 0 for --help, 2 for bad usage
         return int(stop.code or 0)
+    except KeyboardInterrupt as stop:  # while what the command needs is imported
+        return _told(stop, "interrupted", 1)
     try:
         watched = arguments.command in TICKING and not getattr(arguments, "quiet", False) and ranks.is_first_rank()
         with terminations(), ticking(watched):

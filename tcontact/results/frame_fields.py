@@ -15,6 +15,7 @@ from ..mesh.elements import ELEMENTS
 from ..scene.friction_models import FrictionLayer
 from ..scene.scene import Scene
 
+# contact_pressure: size of the contact force, friction included, over the area of the node (METHOD 7)
 NODAL = {"displacement": 3, "velocity": 3, "contact_force": 3, "contact_pressure": 1}  # numbers a node
 LAYERS = {"layer_temperature": 1, "layer_shear": 1}  # numbers a node, with a FrictionLayer
 CELLWISE = {"von_mises": 1}  # numbers a cell
@@ -84,9 +85,6 @@ def check_room(folder: Path, scene: Scene, frames: int, fields: Sequence[str] | 
         return
     needed, free = size(scene, frames, fields), shutil.disk_usage(place).free
     if needed > free:
-        raise InputError(
-            "frames",
-            frames,
-            f"result.vtkhdf would take {needed / 1e6:.4g} MB and {folder} has {free / 1e6:.4g} MB free; fewer frames,"
-            " fewer fields or another folder",
-        )
+        text = f"result.vtkhdf would take {needed / 1e6:.4g} MB and it has {free / 1e6:.4g} MB free; make room or name"
+        fewer = ", or take fewer frames or fields" if frames else ""
+        raise InputError("out", str(folder), f"{text} another folder{fewer}")

@@ -42,14 +42,14 @@ class Result(Outcome):
     steps over wall_s; memory: bytes by term; terms: names of the physics built; position, velocity, contact_node_force
     [n, 3] [m, m/s, N]: in the user's numbering, bodies stacked in order; history: dict of arrays, one row per step (row
     0 = start), columns as in docs/COLUMNS.md; warnings: texts of all warnings; scene, scheme: what was run;
-    contact_pressures: pressures of the contact nodes at every row of the history, a record per body that can touch, if
-    `simulate` was asked for `pressures`; layers: the friction layers of every body at the end, None for one without
-    (`friction_layer.LayerState`); metals: with metals "plastic_strain" and "temperature" [K] of every cell at the end,
-    in the user's numbering, bodies stacked in order, NaN in cells of other materials; points: where a law keeps a
-    state, of every body the numbers of each of its blocks [cells, points, numbers], with which `simulate(initial=)`
-    goes on; maxima: by the names in `Scene.maxima` the largest value of all cells and all steps, also those that the
-    history does not keep; precision: "f64" or "mixed", as `simulate` was asked for; file: the result file, if
-    `simulate` was asked for `out`. `tcontact.open_result` reads such a run back.
+    contact_pressures: contact force over area of the contact nodes at every row of the history, a record per body that
+    can touch, if `simulate` was asked for `pressures`; layers: the friction layers of every body at the end, None for
+    one without (`friction_layer.LayerState`); metals: with metals "plastic_strain" and "temperature" [K] of every cell
+    at the end, in the user's numbering, bodies stacked in order, NaN in cells of other materials; points: where a law
+    keeps a state, of every body the numbers of each of its blocks [cells, points, numbers], with which
+    `simulate(initial=)` goes on; maxima: by the names in `Scene.maxima` the largest value of all cells and all steps,
+    also those that the history does not keep; precision: "f64" or "mixed", as `simulate` was asked for; file: the
+    result file, if `simulate` was asked for `out`. `tcontact.open_result` reads such a run back.
     Of several ranks that share a run the first one has all this; on the others what belongs to nodes and cells
     (position, velocity, contact_node_force, layers, metals, points) raises `InputError`, see `on_all_ranks`.
     """
