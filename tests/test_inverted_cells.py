@@ -60,3 +60,18 @@ def test_implicit_schemes_take_no_viscosity_and_are_not_told_to():
     result = crash("hex8", 6.0, contact=tc.PenaltyContact(1e12), scheme=tc.Trapezoidal(cfl=1.0))
     if result.reason == "inverted-cell":
         assert "central-difference" in result.message
+
+
+@pytest.mark.parametrize("frames", [0, 1, 3])
+def test_a_start_with_an_inverted_cell_is_the_state_in_which_the_run_stops(frames, tmp_path):
+    """Not the one after a step, however many frames are written."""
+    mesh = tc.box_mesh((0.1, 0.1, 0.1), (4, 4, 4))
+    moved = np.stack([3.0 * mesh.nodes[:, 0], -0.5 * mesh.nodes[:, 1], 20.0 * mesh.nodes[:, 0] ** 2], axis=1)
+    body = tc.Body(mesh, material("neo"), displacement=moved - 1.4 * mesh.nodes * [0.0, 0.0, 1.0])
+    result = tc.simulate(tc.Scene([body], duration=1e-5), frames=frames, out=tmp_path / "run" if frames else None)
+    assert (result.reason, result.steps) == ("inverted-cell", 0)
+    assert np.allclose(result.position, body.initial_nodes, rtol=0.0, atol=1e-15)
+    assert not result.velocity.any()
+    if frames:
+        shown = result.frames.frame(-1 % len(result.frames.times)).point_data["displacement"]
+        assert np.allclose(shown, body.initial_displacement, rtol=1e-6, atol=1e-9)

@@ -189,7 +189,9 @@ class Run:
                 final = time >= end or bool(cut)
                 after = 0.0 if final else self.dt
                 frame = (final and course.frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
-                snapshot = self.snapshot(before, after) if final or frame else None
+                # a start that is inverted stops the run before it moves
+                strained = row_number == 0 and any(body.starts_displaced for body in self.scene.bodies)
+                snapshot = self.snapshot(before, after) if final or frame or strained else None
                 many = 1
                 if snapshot is None and before == after:
                     many = self._rows_until(min(end, due[0] - 0.5 * self.dt if due else end) - time, row_number)
@@ -208,8 +210,8 @@ class Run:
                     first, compiled, output = False, perf_counter(), 0.0
                 stop = self.guards.check(row, self.history, self.over_limit, after)
                 stop = stop or self.looks.take(self, row_number, time, after)
-                if stop is not None and snapshot is None:  # the state in which it stopped is the last frame
-                    snapshot, frame = self.snapshot(0.0, 0.0), course.frames > 0
+                if stop is not None:  # the state in which it stopped is the last frame
+                    snapshot, frame = snapshot or self.snapshot(0.0, 0.0), course.frames > 0
                 if snapshot is not None and frame and recorder is not None:
                     writing = perf_counter()
                     try:
