@@ -23,24 +23,27 @@ class LateRows:
     def __init__(
         self, made: Callable[[NDArray[np.integer]], NDArray[Any]], shape: tuple[int, int], dtype: DTypeLike
     ) -> None:
-        self.made, self.shape, self.dtype = made, shape, np.dtype(dtype)
-        self._whole: NDArray[Any] | None = None
+        self.shape, self.dtype = shape, np.dtype(dtype)
+        self._made: Callable[[NDArray[np.integer]], NDArray[Any]] | None = made
+        self._whole: NDArray[Any] = np.empty((0, shape[1]), dtype)
 
     @property
     def whole(self) -> NDArray[Any]:
-        """All rows; they are kept."""
-        if self._whole is None:
+        """All rows; they are kept, and what they were made of is not."""
+        made = self._made
+        if made is not None:
             result = np.empty(self.shape, self.dtype)
             for first in range(0, len(self), AT_ONCE):
                 last = min(first + AT_ONCE, len(self))
-                result[first:last] = self.made(np.arange(first, last))
+                result[first:last] = made(np.arange(first, last))
             self._whole = result
-            del self.made  # with what it needs
+            self._made = None
         return self._whole
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle all rows, as an array."""
-        return np.asarray, (self.whole,)
+    @property
+    def late(self) -> bool:
+        """Return whether there is no array of all rows."""
+        return self._made is not None
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -50,22 +53,28 @@ class LateRows:
         """Return all rows as an array."""
         return np.array(self.whole, dtype=dtype) if copy else np.asarray(self.whole, dtype=dtype)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle all rows, as an array."""
+        return np.asarray, (self.whole,)
+
     def __getitem__(self, chosen: Any) -> NDArray[Any]:
-        """Return rows by a slice or by numbers [..]: an array [.., k]; or columns of these, by a pair."""
-        if self._whole is not None:
+        """Return rows [.., k] by a slice, by numbers [..] or by a mask [n]; or columns of these, by a pair."""
+        if self._made is None:
             return np.asarray(self._whole[chosen])
         rows, columns = chosen if isinstance(chosen, tuple) else (chosen, slice(None))
-        if isinstance(rows, slice):
-            rows = np.arange(*rows.indices(self.shape[0]))
-        return self.take(rows)[..., columns]
+        rows = np.arange(*rows.indices(len(self))) if isinstance(rows, slice) else np.asarray(rows)
+        if rows.dtype == bool:
+            rows = np.flatnonzero(rows)
+        return self.take(rows % len(self) if (rows < 0).any() else rows)[..., columns]
 
     def take(self, numbers: NDArray[np.integer], axis: int = 0) -> NDArray[Any]:
-        """Return the rows of numbers [..]: an array [.., k]."""
+        """Return the rows of numbers [..], from 0 on: an array [.., k]."""
         assert axis == 0
-        if self._whole is not None:
+        made = self._made
+        if made is None:
             return self._whole.take(numbers, axis=0)
         numbers = np.asarray(numbers)
-        return self.made(numbers.reshape(-1)).reshape(*numbers.shape, self.shape[1])
+        return made(numbers.reshape(-1)).reshape(*numbers.shape, self.shape[1])
 
 
 Rows: TypeAlias = NDArray[Any] | LateRows

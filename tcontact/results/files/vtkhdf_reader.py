@@ -122,7 +122,7 @@ class ResultData:
 
     def frame(self, index: int) -> Frame:
         """Return frame `index` (negative: from the end); raises `InputError` outside the series or for damaged data."""
-        if not -len(self) <= index < len(self):
+        if not isinstance(index, (int, np.integer)) or not -len(self) <= index < len(self):
             raise InputError("frame", index, f"the file holds {len(self)} frames, numbered from 0")
         try:
             return settled(self.path, lambda: self._frame(index % len(self)), DAMAGED)
