@@ -67,15 +67,22 @@ def test_a_rank_holds_few_bytes_for_each_of_its_cells(rank):
     assert sum(own) < 180 * len(found.bodies[0].part.cells)
 
 
-def test_the_first_rank_makes_parts_of_a_box_without_its_cells():
-    scene = scene_of(count=12)
+@pytest.mark.parametrize(("kind", "several"), [("hex8", 1), ("tet4", 6), ("wedge6", 2)])
+def test_the_first_rank_makes_parts_of_a_large_box_without_its_cells(kind, several, monkeypatch):
+    """Those that a hexahedron is cut into stay together; parts are as equal, and the contact as whole, as ever."""
+    monkeypatch.setattr("tcontact.planning.partition.domain_part.FINE", 0)
+    scene = scene_of(kind, count=12)
     domain = plan(scene).domains[0]
     cut = cut_domain(domain, scene, RANKS, 1)
     mesh = scene.bodies[0].mesh
-    mesh.release()
-    for rank in range(RANKS):
-        domain_part(domain, cut, rank)
+    parts = [domain_part(domain, cut, rank) for rank in range(RANKS)]
     assert not {"nodes", "cells", "blocks"} & set(vars(mesh))
+    assert (cut.reshape(-1, several) == cut.reshape(-1, several)[:, :1]).all()
+    sizes = np.bincount(cut)
+    assert sizes[1:].max() - sizes[1:].min() <= 0.02 * sizes[1:].mean() + several
+    assert sum(len(part.bodies[0].part.cells) for part in parts) == mesh.cell_count
+    touching = np.isin(mesh.cells, scene.bodies[0].contact_nodes).any(axis=1)
+    assert not cut[touching].any()
 
 
 @pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])

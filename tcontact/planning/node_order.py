@@ -107,13 +107,22 @@ def renumbered_late(place: NDArray[np.integer], cells: Rows, order: NDArray[np.i
     return LateRows(lambda numbers: short.take(cells.take(order[numbers])), cells.shape, np.int32)
 
 
-def lanes_apart(cells: NDArray[np.integer]) -> NDArray[np.int64]:
-    """Return an order of cells [m, corners], sorted by their lowest nodes, that keeps equal nodes of a pack apart.
+def lowest_nodes(
+    place: NDArray[np.integer], cells: Rows, order: NDArray[np.integer], corners: int
+) -> NDArray[np.int32]:
+    """Return the lowest node [k] of the cells of `order` [k] with so many corners, nodes by their places [n]."""
+    result = np.empty(len(order), dtype=np.int32)
+    for part in chunks_of(len(order)):
+        result[part] = place.take(cells[order[part], :corners]).min(axis=1)
+    return result
+
+
+def lanes_apart(lowest: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Return an order of cells, sorted by their lowest nodes [m], that keeps equal nodes of a pack apart.
 
     Cells with the same lowest node, such as those that a hexahedron is cut into, are taken in turns with those of the
     WIDTH - 1 next lowest nodes: additions to one force row, which wait for each other, stand further apart.
     """
-    lowest = np.asarray(cells).min(axis=1)
     first = np.flatnonzero(np.diff(lowest, prepend=-1))  # of each group of cells with one lowest node
     sizes = np.diff(first, append=len(lowest))
     group = np.repeat(np.arange(len(first)), sizes)

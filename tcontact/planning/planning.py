@@ -47,7 +47,7 @@ from .describe import describe
 from .domain import Domain, domains_of
 from .lumped_mass import NodeMasses, node_areas
 from .measured import Layout, probe_columns
-from .node_order import grid_order, inverse, lanes_apart, renumbered_late, slab_order
+from .node_order import grid_order, inverse, lanes_apart, lowest_nodes, renumbered_late, slab_order
 from .node_volumes import body_volumes
 from .probe_places import probe_places
 from .redistribution import redistribute
@@ -195,7 +195,7 @@ def _by_blocks(body: Body, order: np.ndarray, place: np.ndarray) -> np.ndarray:
     for block in body.blocks:
         own = order[first : first + block.count]
         if block.kind == "tet4":
-            own[:] = own[lanes_apart(place[mesh.cell_rows[own, : block.facts.corners]])]
+            own[:] = own[lanes_apart(lowest_nodes(place, mesh.cell_rows, own, block.facts.corners))]
         first += len(own)
     return order
 

@@ -29,7 +29,7 @@ from ...scene.periodic import Images
 from ..applied_loads import loaded_nodes
 from ..body_plan import BodyPlan, ContactPlan, held_nodes
 from ..lumped_mass import NodeMasses
-from ..node_order import inverse, lanes_apart, renumbered
+from ..node_order import inverse, lanes_apart, lowest_nodes, renumbered
 from ..probe_places import ProbePlace
 from .graph_part import graph_part
 from .parts import Part
@@ -281,7 +281,7 @@ def _cell_order(body: Body, order: np.ndarray, place: np.ndarray, touching: np.n
         own = order[rank[order] == number]
         free, held = own[~contact[own]], own[contact[own]]
         if block.kind == "tet4" and len(free):
-            free = free[lanes_apart(place[body.mesh.cells[free, : block.facts.corners]])]
+            free = free[lanes_apart(lowest_nodes(place, body.mesh.cell_rows, free, block.facts.corners))]
         found.append(np.concatenate([free, held]) if block.kind == "tet4" else own)
     return np.concatenate(found)
 

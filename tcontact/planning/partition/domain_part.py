@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...mesh.box_arrays import BoxMesh
+from ...mesh.elements import ELEMENTS
 from ...mesh.geometry import cells_at, joined
 from ...mesh.mesh import Mesh
 from ...scene.scene import Scene
@@ -22,7 +23,7 @@ from ..body_plan import BodyPlan, ContactPlan
 from ..domain import Domain
 from ..springs import spring_nodes
 from .body_part import BodyPart, acting_nodes, body_part, no_part
-from .box_graph import BoxGraph
+from .box_graph import FINE, BoxGraph
 from .cell_graph import CellGraph
 from .cut import EXTRA_WORK, contact_ranks, cut_beside, cut_cells
 from .parts import part_of_rank
@@ -225,13 +226,26 @@ def cut_domain(domain: Domain, scene: Scene, ranks: int, contact: int | None = N
             return found.astype(np.int32)
     for mesh in meshes:
         mesh.release()
-    return cut_beside(lambda: _graph_of(meshes), cells, ranks, together, work).astype(np.int32)
+    several = _kept_together(meshes)
+    found = cut_beside(
+        lambda: _graph_of(meshes, several), cells // several, ranks, np.unique(together // several), work / several
+    )
+    return np.repeat(found.astype(np.int32), several)
 
 
-def _graph_of(meshes: list[Mesh]) -> CellGraph | BoxGraph:
-    """Return the graph of the cells of some meshes, numbered one after the other."""
-    boxes = [mesh.counts for mesh in meshes if isinstance(mesh, BoxMesh) and mesh.kind == "hex8"]
-    return BoxGraph(boxes) if len(boxes) == len(meshes) else CellGraph.of_meshes(meshes)
+def _kept_together(meshes: list[Mesh]) -> int:
+    """Return how many cells one after the other a rank has or has not: those of a hexahedron in large boxes, else 1."""
+    kinds = {mesh.kind if isinstance(mesh, BoxMesh) else None for mesh in meshes}
+    several = {1 if kind is None else len(ELEMENTS[kind].in_box) for kind in kinds}
+    large = sum(mesh.cell_count for mesh in meshes) > FINE
+    return several.pop() if large and len(kinds) == 1 else 1
+
+
+def _graph_of(meshes: list[Mesh], several: int) -> CellGraph | BoxGraph:
+    """Return the graph of the cells of some meshes, numbered one after the other; several: see `_kept_together`."""
+    boxes = [mesh.counts for mesh in meshes if isinstance(mesh, BoxMesh)]
+    hexahedra = several > 1 or all(mesh.kind == "hex8" for mesh in meshes)
+    return BoxGraph(boxes) if hexahedra and len(boxes) == len(meshes) else CellGraph.of_meshes(meshes)
 
 
 def _acting_cells(domain: Domain, scene: Scene, touching: bool) -> np.ndarray:
