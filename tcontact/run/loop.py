@@ -190,7 +190,7 @@ class Run:
                 after = 0.0 if final else self.dt
                 frame = (final and course.frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
                 # a start that is inverted stops the run before it moves
-                strained = row_number == 0 and any(body.starts_displaced for body in self.scene.bodies)
+                strained = row_number == 0 and any(body.initial_displacement.any() for body in self.scene.bodies)
                 snapshot = self.snapshot(before, after) if final or frame or strained else None
                 many = 1
                 if snapshot is None and before == after:
