@@ -1,6 +1,7 @@
 """A crushed cell is told with its det F when it was crushed, and with a remedy that ends in a finished run."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -72,6 +73,8 @@ def test_a_start_with_an_inverted_cell_is_the_state_in_which_the_run_stops(frame
     assert (result.reason, result.steps) == ("inverted-cell", 0)
     assert np.allclose(result.position, body.initial_nodes, rtol=0.0, atol=1e-15)
     assert not result.velocity.any()
+    again = tc.simulate(tc.Scene([replace(body, displacement=None)], duration=1e-5), initial=result)
+    assert np.array_equal(again.position, result.position)  # also where another run has given the start
     if frames:
         shown = result.frames.frame(-1 % len(result.frames.times)).point_data["displacement"]
         assert np.allclose(shown, body.initial_displacement, rtol=1e-6, atol=1e-9)

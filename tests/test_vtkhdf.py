@@ -238,6 +238,6 @@ def test_files_that_are_no_results_are_refused(tmp_path):
 def test_frames_outside_the_series_are_refused(tmp_path):
     _written(tmp_path / "r.vtkhdf", frames=2).close()
     data = ResultData.open(tmp_path / "r.vtkhdf")
-    for index in (2, -3):
+    for index in (2, -3, 1.5, "0"):
         with pytest.raises(InputError, match="2 frames"):
             data.frame(index)

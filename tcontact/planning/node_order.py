@@ -53,10 +53,11 @@ def slab_order(
 def grid_order(
     lines: Sequence[NDArray[np.float64]], kind: str, normal: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """Return `slab_order` of a box of cells of a kind, with these coordinates along x, y and z, without sorting them.
+    """Return `slab_order` of a box of cells of a kind without sorting its nodes [n] and cells [m].
 
-    All cells that a hexahedron is cut into have its first node, which is their lowest one. None where planes are so
-    close that `slab_order` takes some of them for one.
+    lines: coordinates [nx + 1], [ny + 1], [nz + 1] [m] along x, y and z; normal [3]: as in `slab_order`. All cells that
+    a hexahedron is cut into have its first node, which is their lowest one. None where planes are so close that
+    `slab_order` takes some of them for one.
     """
     extent = np.array([np.ptp(line) for line in lines])
     if any(grid_planes(line, 1e-6 * float(extent.max()))[-1] != len(line) - 1 for line in lines):
@@ -78,7 +79,7 @@ def grid_order(
 def _slow_to_fast(
     counts: Sequence[int], extent: NDArray[np.float64], normal: NDArray[np.float64] | None
 ) -> tuple[int, int, int]:
-    """Return the axes by falling number of slabs."""
+    """Return the axes, that with the most slabs first; counts: slabs, extent [3] [m]: length along x, y and z."""
     along = -1 if normal is None else int(np.abs(normal).argmax())
     slow, middle, fast = sorted(range(3), key=lambda axis: (-counts[axis], axis != along, -extent[axis], axis))
     return slow, middle, fast

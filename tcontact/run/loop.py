@@ -118,6 +118,7 @@ class Run:
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)
+        self._displaced = any(own.any() for own in displacement)  # at the start
         self._flutter = flutter(scene, planned.bodies)
 
     def made_states(self, displacement: list[np.ndarray], velocity: list[np.ndarray]) -> list[Any]:
@@ -190,7 +191,7 @@ class Run:
                 after = 0.0 if final else self.dt
                 frame = (final and course.frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
                 # a start that is inverted stops the run before it moves
-                strained = row_number == 0 and any(body.initial_displacement.any() for body in self.scene.bodies)
+                strained = row_number == 0 and self._displaced
                 snapshot = self.snapshot(before, after) if final or frame or strained else None
                 many = 1
                 if snapshot is None and before == after:
