@@ -15,10 +15,11 @@ and what these are computed from: of every node its conductance to the next one,
 # layer steps per mechanical step, mechanical steps per layer step, estimated error; time [s] and mechanical steps since
 # the last layer step; kick [s] whose work waits to be collected; share of START (below); what the layers do next: REST,
 # SPEND or SOLVE; tolerance and largest number of layer steps of the model; shares of the heat of slip and of plastic
-# work that stay in the layer
+# work that stay in the layer; warming of a surface by heat of a time, times its root [K m^2 s^(1/2)/J]; rise of
+# temperature that melts [K]
 SUBSTEPS, SPAN, ERROR, ELAPSED, COUNT, KICK, SHARE, PHASE = range(8)
-TOLERANCE, MOST_SUBSTEPS, HEAT_SHARE, PLASTIC_HEAT = range(8, 12)
-HEAD = 12
+TOLERANCE, MOST_SUBSTEPS, HEAT_SHARE, PLASTIC_HEAT, SOFTNESS, MELTING_RISE = range(8, 14)
+HEAD = 14
 REST, SPEND, SOLVE = 0.0, 1.0, 2.0  # nothing; a step with the work that waits; a step together with the kick
 
 # of a node: area [m^2], coefficient of friction, batch of the layer that it uses; work that waits [J/m^2]; impulses of
@@ -26,11 +27,11 @@ REST, SPEND, SOLVE = 0.0, 1.0, 2.0  # nothing; a step with the work that waits; 
 # the last level; 1 where it slides; work of the last kick that the layers took with it, work owed by an earlier run,
 # heat to obstacles that does not count on the present area [J/m^2]; values before the kick: surface temperature less
 # the base [K], shear stress [Pa], plastic work and heat to obstacles [J/m^2]; pressure now [Pa]; of the last layer
-# step: 1 where it slid, mean shear stress [Pa]
+# step: 1 where it slid, mean shear stress [Pa], friction power [W/m^2], change of the surface temperature [K]
 AREA, COEFFICIENT, USED, WAITING, FRICTION_IMPULSE, PRESSURE_IMPULSE, PRESSED, LAST, LAST_FORCE, SLID = range(10)
 KICK_WORK, OWED, GIVEN_BEFORE, START_RISE, START_SHEAR, START_PLASTIC, START_GIVEN = range(10, 17)
-PRESSURE, SLIDES, MEAN_SHEAR = range(17, 20)
-NODE = 20
+PRESSURE, SLIDES, MEAN_SHEAR, POWER, WARMING = range(17, 22)
+NODE = 22
 # of a layer, after its last step: sqrt3 tau [Pa], its last two changes, 1 - sig/s_melt, work of slip, plastic work and
 # heat to the obstacle [J/m^2], surface temperature less the base [K]
 STRESS, CHANGE, BEFORE, CLOSE, WORK, PLASTIC, GIVEN, RISE = range(8)
@@ -57,3 +58,5 @@ MAXIMUM_SPAN = 32  # mechanical steps that one layer step may span
 SMALLEST_WORK = 1e-6  # share of the largest friction work of a step of its body above which a node slides
 ROUNDING = 1e-10  # relative rounding error of the friction work of a node that sticks
 EASY = 0.1  # share of the tolerance below which the error allows longer layer steps
+WARM = 0.1  # share of the rise that melts the metal: least scale of changes of the surface temperature
+STEADY = 0.4  # share of the tolerance below which the change of the surface temperature allows longer layer steps

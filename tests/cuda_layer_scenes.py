@@ -25,7 +25,7 @@ def baked():
     The floor is a metal, so that its layers have two sides; a plane without one, of another coefficient, rises through
     it and takes over: for a while both press every node.
     """
-    scene, scheme = sliding("normal", 34.0, 40, plastic_heat=0.3)
+    scene, scheme = sliding("normal", 34.0, 40, plastic_heat=0.3, tolerance=0.03)
     (floor,) = scene.obstacles
     own = dataclasses.replace(scene.friction, coefficient=2.0 * scene.friction.coefficient)
     rising = tc.Plane((0.0, 0.0, -4e-8), (0.0, 0.0, 1.0), velocity=(0.0, 0.0, 0.18), friction=own)

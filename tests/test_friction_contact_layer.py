@@ -11,6 +11,7 @@ from test_named_warnings import warned
 
 import tcontact as tc
 from tcontact.cases import hot_slide
+from tcontact.contact import layered_friction
 from tcontact.friction_layer import COPPER
 from tcontact.kernels.columns import group_columns
 from tcontact.results.files.vtkhdf import ResultData
@@ -143,7 +144,7 @@ def test_a_smaller_tolerance_brings_heat_and_shear_closer(removal):
     for name in ("layer_temperature_max", "layer_shear_min"):
         errors = [np.abs(run[name] - fine[name])[1:].max() for run in runs]
         assert all(closer <= 1.05 * far for far, closer in pairwise(errors))
-        assert errors[-1] < 0.25 * errors[0]
+        assert errors[-1] < 0.35 * errors[0]  # the coarsest is .66 K off a rise of some 300 K, and not 12 K
 
 
 def test_a_scene_without_layers_has_nothing_of_them(monkeypatch):
@@ -362,3 +363,36 @@ def test_friction_of_static_solve_and_kick_together_have_the_limit_of_the_layer(
     history = simulate(beside_a_wall(0.9, tc.MasslessContact(removal="normal")), cfl=0.2).history
     force = history["contact_force"][-1]
     assert 200.0 < -force[0] < 0.3 * force[2]
+
+
+@pytest.mark.parametrize("removal", REMOVALS)
+def test_a_layer_step_spans_no_pulse_of_heat(monkeypatch, removal):
+    """A layer too strong to flow, whose slip stops and turns: steps of several mechanical ones heat it as single ones.
+
+    Its stress does not change, its surface temperature does: spans chosen by the stress alone are 74 K off.
+    """
+    size = 1e-4
+    pulses = [0.0, 0.3e-6, 0.31e-6, 0.45e-6, 0.46e-6, 1.0], [SPEED, SPEED, 0.0, 0.0, -25.0, -25.0]
+    column = tc.Body(
+        tc.box_mesh((size,) * 3, (1, 1, 4)),
+        tc.LinearElastic(200e9, 0.0, DENSITY),
+        velocity=(SPEED, 0.0, 0.0),
+        contact="zmin",
+        displacement=lambda nodes: nodes * (0.0, 0.0, -PRESSURE / 200e9),
+        supports=[
+            tc.Support("zmax", "z"),
+            tc.Support("zmax", "x", velocity=lambda time: float(np.interp(time, *pulses))),
+            tc.Support("zmax", "y"),
+        ],
+        periodic="xy",
+    )
+    contact = tc.MasslessContact(removal=removal, cell_viscosity=0.2 if removal == "normal" else None)
+    scene = tc.Scene([column], [tc.Plane()], 0.6e-6, contact=contact, friction=tc.FrictionLayer())
+    spanned = simulate(scene, dt=2.4e-9).history
+    monkeypatch.setattr(layered_friction, "MAXIMUM_SPAN", 1)
+    single = simulate(scene, dt=2.4e-9).history
+    assert spanned["layer_substeps"].min() <= 0.25
+    off = np.abs(spanned["layer_temperature_max"] - single["layer_temperature_max"])
+    assert single["layer_temperature_max"].max() > 550.0
+    assert off.max() < 5.0
+    assert spanned["layer_error"].max() < 2.0 * scene.friction.tolerance

@@ -20,7 +20,6 @@ from ..language.joint_lists import number_of_list
 from ..language.threads import item, largest_of, leader, meet, over_threads, turns
 from ..layer_places import (
     AREA,
-    BATCHES,
     BEFORE,
     BODIES,
     BODY_OF,
@@ -34,7 +33,6 @@ from ..layer_places import (
     ELAPSED,
     ENTRIES,
     ENTRY,
-    ENTRY_OF,
     ERROR,
     FIRST,
     FRICTION_IMPULSE,
@@ -48,6 +46,7 @@ from ..layer_places import (
     LAST_FORCE,
     MAXIMUM_SPAN,
     MEAN_SHEAR,
+    MELTING_RISE,
     MOST_SUBSTEPS,
     NODE,
     OWED,
@@ -55,6 +54,7 @@ from ..layer_places import (
     PHASE,
     PLASTIC,
     PLASTIC_HEAT,
+    POWER,
     PRESSED,
     PRESSURE,
     PRESSURE_IMPULSE,
@@ -62,10 +62,10 @@ from ..layer_places import (
     RISE,
     ROUNDING,
     SHARE,
-    SIZES,
     SLID,
     SLIDES,
     SMALLEST_WORK,
+    SOFTNESS,
     SOLVE,
     SPAN,
     SPEND,
@@ -74,66 +74,19 @@ from ..layer_places import (
     START_RISE,
     START_SHEAR,
     STARTS,
+    STEADY,
     STRESS,
     SUBSTEPS,
     TOLERANCE,
     USED,
     WAITING,
+    WARM,
+    WARMING,
     WORK,
 )
 from .device_columns import set_columns
+from .device_numbers import of_all, of_node, of_used, set_node, size
 from .layer1d_residual import SQRT3
-
-
-@ti.func
-def size(contact: ti.template(), which: ti.template()):
-    """Return a number of SIZES of the lists."""
-    return number_of_list(contact.layer_lists, SIZES, which)
-
-
-@ti.func
-def at_node(contact: ti.template(), number: ti.template(), k):
-    """Return where a number of node k stands in `layers`."""
-    return HEAD + number * node_count(contact) + k
-
-
-@ti.func
-def at_entry(contact: ti.template(), number: ti.template(), e):
-    """Return where a number of entry e stands in `layers`."""
-    return HEAD + NODE * node_count(contact) + number * size(contact, ENTRIES) + e
-
-
-@ti.func
-def of_node(contact: ti.template(), number: ti.template(), k):
-    """Return a number of node k."""
-    return contact.layers[at_node(contact, number, k)]
-
-
-@ti.func
-def set_node(contact: ti.template(), number: ti.template(), k, value):
-    """Set a number of node k."""
-    contact.layers[at_node(contact, number, k)] = value
-
-
-@ti.func
-def of_used(contact: ti.template(), number: ti.template(), k):
-    """Return a number of the layer that node k uses; 0 where it uses none."""
-    found, batch = 0.0, ti.cast(of_node(contact, USED, k), ti.i32)
-    if batch >= 0:
-        e = number_of_list(contact.layer_lists, ENTRY_OF, batch * node_count(contact) + k)
-        found = contact.layers[at_entry(contact, number, e)]
-    return found
-
-
-@ti.func
-def of_all(contact: ti.template(), number: ti.template(), k):
-    """Return a number of all layers of node k together."""
-    total = 0.0
-    for batch in range(size(contact, BATCHES)):
-        e = number_of_list(contact.layer_lists, ENTRY_OF, batch * node_count(contact) + k)
-        if e >= 0:
-            total += contact.layers[at_entry(contact, number, e)]
-    return total
 
 
 @ti.func
@@ -235,6 +188,29 @@ def note_onset(contact: ti.template(), closes, dt):
 
 
 @ti.func
+def warmth(contact: ti.template(), k):
+    """Return the rise [K] that changes of the surface temperature of node k are compared with."""
+    return ti.max(of_used(contact, RISE, k), WARM * contact.layers[MELTING_RISE])
+
+
+@ti.func
+def note_power(contact: ti.template()):
+    """End a long layer step when the friction power differs so much from that of the last one that it shows."""
+    elapsed, most = contact.layers[ELAPSED], 0.0
+    if contact.layers[SPAN] > 1.0 and elapsed > 0.0:
+        for turn in range(turns(contact, node_count(contact))):
+            k = item(contact, turn)
+            other = ti.abs(of_node(contact, WAITING, k) - of_node(contact, POWER, k) * elapsed)
+            warming = contact.layers[SOFTNESS] / ti.sqrt(elapsed) * other
+            most = ti.max(most, warming / warmth(contact, k))
+        most = largest_of(contact, most)
+        if leader(contact) == 1:
+            if most > contact.layers[TOLERANCE]:
+                contact.layers[SPAN] = 1.0
+    meet(contact)
+
+
+@ti.func
 def begin_layers(contact: ti.template(), rows: ti.template(), obstacles: ti.template(), before, after):
     """Collect what the last step did, and say what the layers do; before, after [s]: steps that end and start here."""
     kick = 0.5 * (before + after)
@@ -254,6 +230,9 @@ def begin_layers(contact: ti.template(), rows: ti.template(), obstacles: ti.temp
         elif layers[KICK] > 0.0:
             layers[ELAPSED] = layers[ELAPSED] + layers[KICK]
             layers[COUNT] = layers[COUNT] + 1.0
+    meet(contact)
+    note_power(contact)
+    if leader(contact) == 1:
         due = layers[COUNT] >= layers[SPAN] or after == 0.0
         if ti.static(not contact.options.static_friction):
             due = due or layers[SPAN] == 1.0
@@ -358,27 +337,30 @@ def judge(contact: ti.template()):
     """Estimate the error of the layer step and choose the length of the next ones.
 
     Backward Euler errs by half the second difference in a step; friction that uses the stress of the last step errs by
-    its change since then.
+    its change since then. While a layer step spans several mechanical ones, the surface temperature of their rows errs
+    by up to its change, and heating is not known within the step.
     """
-    off, drift, closest = 0.0, 0.0, 1e300
+    off, drift, closest, warming = 0.0, 0.0, 1e300, 0.0
     layers = ti.static(contact.layers)
     for turn in range(turns(contact, node_count(contact))):
         k = item(contact, turn)
+        warming = ti.max(warming, ti.abs(of_node(contact, WARMING, k)) / warmth(contact, k))
         stress = of_used(contact, STRESS, k)
         if of_node(contact, SLIDES, k) > 0.0 and stress > 0.0:
             change, last = of_used(contact, CHANGE, k), of_used(contact, BEFORE, k)
             off = ti.max(off, ti.abs(0.5 * (change - last)) / stress)
             drift = ti.max(drift, ti.abs(change) / stress)
             closest = ti.min(closest, of_used(contact, CLOSE, k))
-    found = over_threads(contact, [off, drift, closest], ("max", "max", "min"))
+    found = over_threads(contact, [off, drift, closest, warming], ("max", "max", "min", "max"))
     if leader(contact) == 1:
-        off, drift = found[0], found[1]
+        off, drift, warming = found[0], found[1], found[3]
         span, parts, tolerance = layers[SPAN], layers[SUBSTEPS], layers[TOLERANCE]
         lagging = span > 1.0
         if ti.static(contact.options.static_friction):
             lagging = True
-        layers[ERROR] = ti.select(lagging, ti.max(off, drift * parts), off)
-        share = ti.select(span > 1.0, ti.max(off, drift), off) / tolerance
+        worst = ti.select(span > 1.0, ti.max(off, warming), off)
+        layers[ERROR] = ti.select(lagging, ti.max(worst, drift * parts), worst)
+        share = ti.select(span > 1.0, ti.max(worst, drift), off) / tolerance
         # heating later than the work was done makes a layer near melting too soft
         if share > 1.0 or not found[2] > COOL:
             if span > 1.0:
@@ -388,7 +370,7 @@ def judge(contact: ti.template()):
                 layers[SUBSTEPS] = ti.min(layers[MOST_SUBSTEPS], more)
         elif share < EASY and parts > 1.0:
             layers[SUBSTEPS] = ti.ceil(0.5 * parts)
-        elif drift < EASY * tolerance:
+        elif drift < EASY * tolerance and warming < STEADY * tolerance:
             layers[SPAN] = ti.min(2.0 * span, float(MAXIMUM_SPAN))
     meet(contact)
 

@@ -19,7 +19,7 @@ from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.joint_lists import number_of_list
 from ..language.signatures import Signature, kernel_of
 from ..language.threads import turns_of
-from ..layer.device_layers import at_entry, of_node, set_node
+from ..layer.device_numbers import at_entry, of_node, set_node
 from ..layer.layer1d_phases import make_phases
 from ..layer.layer1d_residual import MATERIAL, NODE, SCRATCH, SQRT3, material
 from ..layer.layer1d_step import BEFORE as CELL_BEFORE
@@ -45,6 +45,7 @@ from ..layer_places import (
     PHASE,
     PLASTIC,
     POINTS,
+    POWER,
     PRESSURE,
     PRESSURE_IMPULSE,
     REST,
@@ -61,6 +62,7 @@ from ..layer_places import (
     TO_OBSTACLE,
     USED,
     WAITING,
+    WARMING,
     WORK,
 )
 from .device_control import A_LAYER, WANTS
@@ -150,7 +152,7 @@ def make_device_layers(
         k = number_of_list(contact.layer_lists, NODE_OF, e)
         used = of_node(contact, USED, k) == ti.cast(batch, ti.f64)
         phase, area, pressure = contact.layers[PHASE], of_node(contact, AREA, k), of_node(contact, PRESSURE, k)
-        before = own.cells[cell + CELL_WORK * stride]
+        before, cold = own.cells[cell + CELL_WORK * stride], own.rise[base]
         parts = 0
         # slip speed, mean speed of the kick, largest traction and pressure of the step; slip speed lost per traction
         speed, mean, dry, pressing, mobility = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -196,10 +198,13 @@ def make_device_layers(
         work = own.cells[cell + CELL_WORK * stride]
         if used:
             set_node(contact, SLIDES, k, ti.select(speed > 0.0, 1.0, 0.0))
+            set_node(contact, WARMING, k, own.rise[base] - cold)
             if phase == SPEND:
+                set_node(contact, POWER, k, (work - before) / contact.layers[ELAPSED])
                 set_node(contact, WAITING, k, of_node(contact, WAITING, k) - (work - before))
             if phase == SOLVE:
                 set_node(contact, KICK_WORK, k, work - before)
+                set_node(contact, POWER, k, (work - before) / kick)
                 set_node(contact, MEAN_SHEAR, k, total / float(parts))
             else:
                 shear = shear_of_pressed(tables.parameters, own, points, base, cell, pressure)

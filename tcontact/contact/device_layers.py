@@ -24,6 +24,8 @@ NODE_NUMBERS = {
     at.KICK_WORK: "_kick_work",
     at.OWED: "_owed",
     at.GIVEN_BEFORE: "_given_before",
+    at.POWER: "_power",
+    at.WARMING: "_warming",
 }
 NODE_FLAGS = {at.PRESSED: "_pressed", at.SLID: "_slid"}
 NUMBERS = {at.ERROR: "error", at.ELAPSED: "_elapsed", at.KICK: "_kick", at.SHARE: "_share"}
@@ -144,6 +146,7 @@ class DeviceLayers:
         model = friction.model
         limits = model.tolerance, model.substeps, model.heat_share, model.plastic_heat
         head[[at.TOLERANCE, at.MOST_SUBSTEPS, at.HEAT_SHARE, at.PLASTIC_HEAT]] = limits
+        head[[at.SOFTNESS, at.MELTING_RISE]] = friction._softness, friction._melting_rise
         nodes = np.zeros((at.NODE, self._count))
         for place, name in (NODE_NUMBERS | NODE_FLAGS).items():
             nodes[place] = getattr(friction, name)

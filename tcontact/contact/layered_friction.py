@@ -18,7 +18,7 @@ import numpy as np
 from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..friction_layer import LayerState
-from ..kernels.layer_places import COOL, EASY, FIRST, MAXIMUM_SPAN, ROUNDING, SMALLEST_WORK
+from ..kernels.layer_places import COOL, EASY, FIRST, MAXIMUM_SPAN, ROUNDING, SMALLEST_WORK, STEADY, WARM
 from ..planning.domain import Domain
 from ..scene.friction_laws import law_data, laws_in_use
 from ..scene.friction_models import FrictionLayer, coefficient_of
@@ -77,6 +77,9 @@ class LayeredFriction(Friction):
         self._last, self._force = np.zeros(len(areas)), np.zeros(len(areas))  # pressure [Pa], friction [N] before
         counts = np.diff(starts)
         self._first, self._body = starts[:-1][counts > 0], np.repeat(np.arange((counts > 0).sum()), counts[counts > 0])
+        # of the last layer step: friction power [W/m^2], change of the surface temperature [K]
+        self._power, self._warming = np.zeros(len(areas)), np.zeros(len(areas))
+        self._softness, self._melting_rise = self.layers.softness(), self.layers.melting_rise()
         self._largest_work = np.zeros(len(self._first))  # of a step [J/m^2], for every body that has contact nodes
         self._slid = np.zeros(len(areas), dtype=bool)
         self._kick_work = np.zeros(len(areas))  # work of the last kick that the layers took with it [J/m^2]
@@ -110,7 +113,14 @@ class LayeredFriction(Friction):
         if (ratio == 1.0).all():
             return
         self.areas = self.partners.areas.copy()
-        for values in (self._waiting, self._kick_work, self._friction_impulse, self._pressure_impulse, self._last):
+        for values in (
+            self._waiting,
+            self._kick_work,
+            self._power,
+            self._friction_impulse,
+            self._pressure_impulse,
+            self._last,
+        ):
             values *= ratio
         for total, before in ((self.layers.cell("WORK"), self._owed), (self.layers.to_obstacles(), self._given_before)):
             before[:] = total - ratio * (total - before)
@@ -144,6 +154,7 @@ class LayeredFriction(Friction):
             self._collect(self._kick, force, self._last)
         else:
             self._waiting += self._pending()
+        self._note_power()
         self._last, self._force = np.maximum(pressure, 0.0), force
         self._note_onset(before if self.static_friction else kick)
         due = self._count >= self.span or after == 0.0 or (not self.static_friction and self.span == 1)
@@ -180,6 +191,23 @@ class LayeredFriction(Friction):
                 self.substeps = max(self.substeps, min(FIRST, self.model.substeps))
         self._slid = slides
 
+    def _warmth(self) -> np.ndarray:
+        """Return the rise [k] [K] that changes of the surface temperature are compared with."""
+        rise = self.layers.surface_temperature() - self.model.initial_temperature
+        return np.maximum(rise, WARM * self._melting_rise)
+
+    def _note_power(self) -> None:
+        """End a long layer step when the friction power differs so much from that of the last one that it shows.
+
+        A half space that takes the heat w at a constant rate in the time t becomes warmer by softness w/sqrt(t).
+        """
+        if self.span == 1 or self._elapsed == 0.0:
+            return
+        other = np.abs(self._waiting - self._power * self._elapsed)
+        warming = self._softness / np.sqrt(self._elapsed) * other
+        if (warming / self._warmth()).max() > self.model.tolerance:
+            self.span = 1
+
     def shear(self) -> np.ndarray:
         """Return the shear stress of the layers [k] [Pa]; 0 where the contact is open."""
         return np.asarray(self.layers.cell("STRESS")) / np.sqrt(3.0)
@@ -198,7 +226,7 @@ class LayeredFriction(Friction):
         # the work of the kick is that of the mean of the speeds before and after it
         usual = self.shear() * kick
         mean = np.maximum(mean + np.where(usual > 0.0, self._waiting / np.where(usual > 0.0, usual, 1.0), 0.0), 0.0)
-        before = self.layers.cell("WORK")
+        before, cold = self.layers.cell("WORK"), self.layers.surface_temperature()
         parts = self.substeps
         dt = kick / parts
         mobility = mobility * self.areas / parts  # slip speed lost per shear stress in a part of the kick [m/(s Pa)]
@@ -211,6 +239,7 @@ class LayeredFriction(Friction):
             mean = np.maximum(mean - mobility * shear, 0.0)
             total += shear
         self._kick_work = self.layers.cell("WORK") - before
+        self._power, self._warming = self._kick_work / kick, self.layers.surface_temperature() - cold
         self._judge(speed > 0.0)
         return np.asarray(total / parts)
 
@@ -235,10 +264,12 @@ class LayeredFriction(Friction):
         able = (friction > 0.0) & (pressure > 0.0)
         wanted = np.where(able, np.maximum(self._waiting, 0.0), 0.0)
         speed = np.where(able, wanted / np.where(able, friction * elapsed, 1.0), 0.0)
-        before = self.layers.cell("WORK")
+        before, cold = self.layers.cell("WORK"), self.layers.surface_temperature()
         for _ in range(self.substeps):
             self._advance(speed, pressure, friction, np.zeros(len(speed)), elapsed / self.substeps)
-        self._waiting -= self.layers.cell("WORK") - before
+        taken = self.layers.cell("WORK") - before
+        self._waiting -= taken
+        self._power, self._warming = taken / elapsed, self.layers.surface_temperature() - cold
         self._judge(speed > 0.0)
         self._friction_impulse[:], self._pressure_impulse[:], self._elapsed = 0.0, 0.0, 0.0
 
@@ -253,16 +284,18 @@ class LayeredFriction(Friction):
         """Estimate the error of the last layer step and choose the length of the next ones.
 
         Backward Euler errs by half the second difference in a step; friction that uses the stress of the last step errs
-        by its change since then.
+        by its change since then. While a layer step spans several mechanical ones, the surface temperature of their
+        rows errs by up to its change, and heating is not known within the step.
         """
         stress = self.layers.cell("STRESS")
         known = sliding & (stress > 0.0)
         change, last = self.layers.cell("CHANGE"), self.layers.cell("BEFORE")
         scale = np.where(known, stress, np.inf)
         off, drift = (float((np.abs(part) / scale).max()) for part in (0.5 * (change - last), change))
+        warming = float((np.abs(self._warming) / self._warmth()).max())
         lagging = self.static_friction or self.span > 1  # friction uses the stress of the step before
-        self.error = max(off, drift * self.substeps) if lagging else off
-        share = (max(off, drift) if self.span > 1 else off) / self.model.tolerance
+        self.error = max(off, drift * self.substeps if lagging else 0.0, warming if self.span > 1 else 0.0)
+        share = (max(off, drift, warming) if self.span > 1 else off) / self.model.tolerance
         # heating later than the work was done makes a layer near melting too soft
         cool = not known.any() or self.layers.cell("CLOSE")[known].min() > COOL
         if share > 1.0 or not cool:
@@ -272,7 +305,7 @@ class LayeredFriction(Friction):
                 self.substeps = min(self.model.substeps, int(np.ceil(self.substeps * min(2.0, np.sqrt(share)))))
         elif share < EASY and self.substeps > 1:
             self.substeps = -(-self.substeps // 2)
-        elif drift < EASY * self.model.tolerance:
+        elif drift < EASY * self.model.tolerance and warming < STEADY * self.model.tolerance:
             self.span = min(2 * self.span, MAXIMUM_SPAN)
 
     def row(self, late: float) -> dict[str, float]:

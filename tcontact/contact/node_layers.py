@@ -93,6 +93,20 @@ class NodeLayers:
         """Return the absolute temperature [k] [K] of the surfaces of the bodies."""
         return self.of_used([batch.surface_temperature() for batch in self.batches])
 
+    def melting_rise(self) -> float:
+        """Return the rise of temperature [K] that melts the metal that melts first."""
+        lowest = min(metal.melting_temperature for batch in self.batches for metal in batch.metals)
+        return float(max(lowest - self.batches[0].initial_temperature, 1.0))
+
+    def softness(self) -> float:
+        """Return the most that heat [J/m^2] of a time [s] warms a surface, times the root of this time over the heat.
+
+        A half space that takes it at a constant rate; two sides share it by conduction.
+        """
+        shares = [batch.heat_share if len(batch.metals) == 1 else 1.0 for batch in self.batches]
+        sums = [sum(metal.effusivity for metal in batch.metals) for batch in self.batches]
+        return float(max(2.0 / np.sqrt(np.pi) * share / total for share, total in zip(shares, sums, strict=True)))
+
     def limit_stress(self, pressure: np.ndarray) -> np.ndarray:
         """Return tau [k] [Pa] of layers whose contact closes now; pressure [k] [Pa]."""
         return self.of_used(

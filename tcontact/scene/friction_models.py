@@ -124,9 +124,10 @@ class FrictionLayer:
     material: the metal of the layer on bodies without their own (`Body.metal`); coefficient: mu [-], the limit of dry
     friction; points, grading, thickness [m], heat_share [-], plastic_heat [-], initial_temperature [K], method and
     reload: as in `friction_layer.solve`; tolerance: bound on the relative error that a step of the layers may make in
-    their stress (the history reports it, `layer_error`): mechanical steps are cut into as many layer steps as that
-    takes, at most `substeps` (with full removal friction uses the stress of the step before: the reported error
-    includes that lag, which only a smaller mechanical step lowers).
+    their stress, and in their surface temperature where it spans several mechanical steps (the history reports it,
+    `layer_error`): mechanical steps are cut into as many layer steps as that takes, at most `substeps` (with full
+    removal friction uses the stress of the step before: the reported error includes that lag, which only a smaller
+    mechanical step lowers).
     Layers between two bodies, and on an obstacle with a metal, have two sides: conduction then divides the heat, not
     heat_share. Through the far end of a layer heat flows into the cells of an `ElastoPlastic` with a specific heat.
     History: `layer_heat`, `obstacle_heat` and `body_heat` [J], whose sum is the friction work (with plastic_heat more);
