@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.errors import InputError
+from ..kernels.rigid_places import FREE
 from ..scene.scene import Scene
 from ..scene.springs import SceneSpring
 from .body_plan import ContactPlan
@@ -70,14 +71,50 @@ def spring_rates(domain: Any) -> dict[int, float]:
     """
     if not domain.springs:
         return {}
-    count = len(domain.boundary)
+    count, alone = len(domain.boundary), part_of_nodes(domain) < 0
     weights, inverse = np.zeros((len(domain.springs), count)), np.zeros(count)
     for number, spring in enumerate(domain.springs):
         for end in planned_ends(domain, spring):
             weights[number, end.nodes] += end.weights * np.sqrt(spring.spring.stiffness)
-            inverse[end.nodes] = 1.0 / end.mass
-    largest = float(np.linalg.eigvalsh(np.einsum("is,s,js->ij", weights, inverse, weights)).max())
+            inverse[end.nodes] = alone[end.nodes] / end.mass
+    of_nodes = np.einsum("is,s,js->ij", weights, inverse, weights)
+    of_parts, most = _rates_at_parts(domain)
+    together, apart = (float(np.linalg.eigvalsh(each).max()) for each in (of_nodes + of_parts, of_nodes))
+    largest = min(together, apart + most)
     return {number: largest for spring in domain.springs for number in spring.bodies}
+
+
+def _rates_at_parts(domain: Any) -> tuple[np.ndarray, float]:
+    """Return what the rigid parts that move freely add to [sqrt(k_i k_j) b_i.M^-1 b_j] of all springs [s, s] [1/s^2].
+
+    And the sum over the parts of the largest eigenvalue of each alone, with the directions of its arms: less where
+    several springs are at one part, more where many parts have springs of their own.
+
+    Forces along unit vectors d_i at the arm a_i and d_j at a_j give d_i.(s_i s_j/M + [a_i]^T I^-1 [a_j]) d_j with the
+    sums s of the weights and [a] d = a x d: here the largest for all directions, which no turn of a part changes. A
+    spring under the force F resists the turn of its arm with up to F a, as if the arm were longer by sqrt(1 + F/(k a)).
+    F is that at the start, and at least k a: that of a spring which stretches by its arm.
+    """
+    springs = domain.springs
+    carriers = [part_carriers(domain, spring) for spring in springs]
+    stretch = [0.0 if each.spring.directions else np.linalg.norm(each.rest) - each.rest_length for each in springs]
+    result, most = np.zeros((len(springs), len(springs))), 0.0
+    for number, body in enumerate(domain.rigid):
+        if body.kind != FREE or not len(body.nodes):
+            continue
+        here, moves = [], []  # springs at the part, the motion [6, 3] that a force gives it, of kinetic energy F^2/2
+        root = np.linalg.inv(np.linalg.cholesky(body.inertia))
+        for row, own in enumerate(carriers):
+            for _, share, *arm in own[own[:, 0] == number]:
+                length = max(float(np.linalg.norm(arm)), 1e-200)
+                turn = root @ np.cross(np.eye(3), arm) * np.sqrt(1.0 + max(abs(stretch[row]) / length, 1.0))
+                part = np.concatenate([share / np.sqrt(body.mass) * np.eye(3), turn])
+                moves.append(np.sqrt(springs[row].spring.stiffness) * part)
+                here.append(row)
+        for row, move in zip(here, moves, strict=True):
+            result[row, here] += np.linalg.norm(move.T @ np.stack(moves), 2, axis=(1, 2))
+        most += float(np.linalg.norm(np.concatenate(moves, axis=1), 2)) ** 2 if moves else 0.0
+    return result, most
 
 
 def part_of_nodes(domain: Any) -> np.ndarray:
