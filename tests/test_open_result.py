@@ -107,6 +107,18 @@ def test_frames_are_read_when_asked_for(run):
     assert len(tc.open_result(folder).frames) == len(result.frames) == 4
 
 
+def test_an_opened_result_is_no_start_of_a_run_and_says_what_is(run, tmp_path):
+    result, folder = run
+    with pytest.raises(tc.InputError) as caught:
+        tc.simulate(result.scene, initial=tc.open_result(folder), out=tmp_path / "on")
+    assert caught.value.field == "initial"
+    for text in ("holds no states of points and nodes", "that simulate returned in this program", "`tcontact resume`"):
+        assert text in caught.value.remedy
+    assert not (tmp_path / "on").exists()
+    with pytest.raises(tc.InputError, match="give the Result of another run"):
+        tc.simulate(result.scene, initial="run")
+
+
 def test_what_is_not_in_the_files_is_refused_by_name(run, tmp_path):
     result, folder = run
     stored = tc.open_result(folder)

@@ -15,6 +15,7 @@ from ..friction_layer import LayerState
 from ..friction_layer.grid import depths
 from ..mesh.mesh import Mesh
 from ..results.result import Result
+from ..results.stored import StoredResult
 from ..scene.body import Body
 from ..scene.cell_blocks import BodyBlock
 from ..scene.contact_models import PenaltyContact
@@ -33,7 +34,11 @@ def start_from(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], 
     if initial is None:
         return start_of_scene(scene)
     if not isinstance(initial, Result):
-        raise InputError("initial", initial, "give the Result of another run")
+        remedy = "give the Result of another run, as simulate returned it in this program"
+        if isinstance(initial, StoredResult):
+            remedy = "an opened result holds no states of points and nodes: "
+            remedy += "give the Result that simulate returned in this program, or `tcontact resume` its folder"
+        raise InputError("initial", initial, remedy)
     if any(obstacle.free for obstacle in scene.obstacles) or any(body.rigid_parts for body in scene.bodies):
         remedy = "rigid bodies (mass= of obstacles, Body.rigid_parts) start as the scene says; leave initial out"
         raise InputError("initial", initial, remedy)
