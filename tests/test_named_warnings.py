@@ -8,6 +8,7 @@ import pytest
 from scenes import block, material, thrown, wall
 
 import tcontact as tc
+from tcontact.run.end_checks import energy_warning
 
 
 def warned(scene, scheme="central-difference", **options):
@@ -82,6 +83,19 @@ def test_energy_that_is_not_kept_is_named_with_what_helps():
         better, none = warned(scene, scheme)
         assert better.history["energy_error"].max() < 0.05
         assert not none
+
+
+def test_bodies_that_touch_are_told_of_the_slave_and_of_finer_faces():
+    """A smaller step does not help where an edge of the master presses into the slave; a body alone has no slave."""
+    from pair_scenes import oblique_cubes
+
+    history = {"energy_error": np.array([0.0, 0.26]), "energy": np.array([1.0, 1.26]), "time": np.array([0.0, 1e-3])}
+    scene = oblique_cubes(3, 3, "tet4", tc.LinearElastic, 1.0, duration=1e-9)
+    for scheme, smaller in ((tc.CentralDifference(), "cfl, for example 0.45"), (tc.CentralDifference(dt=1e-6), "dt")):
+        pair, alone = (energy_warning(one, scheme, history, 1e-6, 0.0) for one in (scene, halves(0.5)))
+        assert f"use a smaller {smaller}" in pair
+        assert "or name the body with the sharper edge as slave (Pair(slave=)), or refine the contact faces" in pair
+        assert "slave" not in alone
 
 
 def test_baselines_that_lose_energy_by_design_are_told_so():

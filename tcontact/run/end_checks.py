@@ -103,6 +103,8 @@ def _remedies(scene: Scene, scheme: Any, dt: float, change: float) -> list[str]:
         found.append(f"use a smaller cfl, for example {0.5 * scheme.step_size(1.0):.2g}")
     else:
         found.append(f"use a smaller dt, for example {0.5 * dt:.2g} s")
+    if scene.body_pairs:
+        found[-1] += ", or name the body with the sharper edge as slave (Pair(slave=)), or refine the contact faces"
     if scene.viscosity is None:
         found.append("for shocks give the scene viscosity=tc.BulkViscosity(), whose work is in the ledger")
     return found
