@@ -52,8 +52,11 @@ def register_tool() -> Path:
     return tool
 
 
-def results(folder: Path, worker: Path = WORKER) -> dict[str, np.ndarray]:
-    """Run a worker in a process of its own and return what it stored; its modules (PTX) lie in the folder then."""
+def results(folder: Path, worker: Path = WORKER, watched: bool = False) -> dict[str, np.ndarray]:
+    """Run a worker in a process of its own and return what it stored; its modules (PTX) lie in the folder then.
+
+    watched: threads that meet in memory are told in the file TCONTACT_MEETINGS (watched_ptx.py).
+    """
     environment = {name: value for name, value in os.environ.items() if name not in SHORT}  # compiled as for a user
     command = [sys.executable, str(worker), str(folder / "found.npz")]
     if not real():
@@ -64,6 +67,9 @@ def results(folder: Path, worker: Path = WORKER) -> dict[str, np.ndarray]:
             "FAKE_CUDA_LOG": str(folder / "calls"),
             "FAKE_CUDA_TOOL": f"{sys.executable} {tool} {FAKE.parent / 'ptx2c.py'} {cache}",
         }
+        if watched:
+            tool = f"{sys.executable} {ROOT / 'tests' / 'watched_ptx.py'} {FAKE.parent / 'ptx2c.py'}"
+            environment |= {"FAKE_CUDA_TOOL": tool, "TCONTACT_MEETINGS": str(folder / "meetings")}
         command = ["sh", str(FAKE), *command]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-4000:]

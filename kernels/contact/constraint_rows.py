@@ -131,7 +131,8 @@ def apply_kick_friction(body: ti.template(), contact: ti.template(), rows: ti.te
     """Apply the friction of the kick to the contact nodes, and add it to the sum of the contact forces.
 
     With obstacles that move freely its part in massless components, where normals have turned since the start, acts on
-    the nodes that carry the mass of the contact node, like what the static solve leaves: momentum is conserved.
+    the nodes that carry the mass of the contact node, like what the static solve leaves: momentum is conserved. Where
+    threads share the nodes, `receive_shares` has to follow (static/massless_contact.py).
     """
     force = ti.Vector([so_far(contact, contact.sums, place) for place in ti.static(FORCE_PLACES)])
     for turn in range(turns(contact, node_count(contact))):
@@ -144,10 +145,14 @@ def apply_kick_friction(body: ti.template(), contact: ti.template(), rows: ti.te
         if ti.static(contact.options.free and contact.options.model == "massless"):
             begin, end = contact.residual_receivers[k], contact.residual_receivers[k + 1]
             share = massless_part(contact, k, total) / ti.max(1.0, float(end - begin))
-            for i in range(begin, end):
+            if ti.static(contact.options.threads > 1):  # the receivers add up the shares afterwards
                 for j in ti.static(range(3)):
-                    place = 3 * contact.residual_receivers[i] + j
-                    body.special_force[place] = body.special_force[place] - share[j]
+                    contact.residual_shares[3 * k + j] = 0.0 - share[j]
+            else:
+                for i in range(begin, end):
+                    for j in ti.static(range(3)):
+                        place = 3 * contact.residual_receivers[i] + j
+                        body.special_force[place] = body.special_force[place] - share[j]
     put_sums(contact, contact.sums, FORCE_PLACES, [force[0], force[1], force[2]], ("sum",) * 3)
 
 

@@ -44,7 +44,8 @@ def sweep_order(graph: ContactGraph, block: int) -> SweepOrder:
     column = np.zeros((int(lane_start[-1]), LANES), dtype=np.int64)
     entry_place = np.full(len(graph.column), -1)
     for number, pack in enumerate(packs):
-        column[lane_start[number] : lane_start[number + 1]] = pack[0]  # filling; any node of the island is right
+        # filling: any node of the island is right, and its own node is one that no other thread of a GPU changes
+        column[lane_start[number] : lane_start[number + 1]] = np.resize(pack, LANES)
         for lane, node in enumerate(pack):
             entries = np.arange(graph.row_start[node] + 1, graph.row_start[node + 1])
             places = lane_start[number] + np.arange(len(entries))
