@@ -50,6 +50,8 @@ DEVICE_BLOCK, FEWEST_THREADS, MOST_THREADS, FOLD, DEVICE_ROWS = 128, 1024, 1 << 
 # threads of the one block that steps the boundary nodes there (language/threads.py), which has 128 registers for each;
 # numbers that the threads of a block combine at once
 BLOCK_THREADS, BLOCK_NUMBERS = 256, 16
+# sweeps of a static solve by several blocks in one launch of the host, whose time grows with the arrays that it names
+SWEEPS_AT_ONCE = 4
 # numbers of a part, the ordinary or the contact cells of a block: first and end lane among those of its kind of cells;
 # count of cells without the lanes that fill up the last pack; starts of pack 0 in `connectivity`, of the material in
 # `params`, of pack 0 in `memory` and of its stored shapes in `position`

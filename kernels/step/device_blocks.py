@@ -33,12 +33,10 @@ from ..static.massless_contact import note_remaining, receive_shares, share_load
 from ..static.residual import measure_nodes, note_measure
 from ..static.solve import blocks_of_nodes, decide, make_linearise, note_extremes, solve_island
 from .device_control import (
-    COUNTED_PASSES,
     DEVICE_CONTROL,
     FIRST,
-    MOST_PASSES,
-    MOST_SWEEPS,
     TAKEN,
+    begin_counts,
     end_pass,
     row_of,
     takes_pass,
@@ -145,9 +143,7 @@ def make_boundary_launches(options: ContactOptions, blocks: int, exact: bool, ha
                             launch.viscous_cells[RATE] = rate_of(before)
                     lists.control[TAKEN] = number + 1.0
                     if offer == 0:
-                        lists.control[MOST_PASSES] = 0.0
-                        for i in ti.static(range(COUNTED_PASSES)):
-                            lists.control[MOST_SWEEPS + i] = 0.0
+                        begin_counts(lists)
                     if after > 0.0:
                         want_pass(lists)
 

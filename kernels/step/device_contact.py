@@ -52,10 +52,10 @@ from .device_control import (
     A_PASS,
     DEVICE_CONTROL,
     FIRST,
-    MOST_PASSES,
     NOTHING,
     TAKEN,
     WANTS,
+    begin_counts,
     end_pass,
     row_of,
     takes_pass,
@@ -285,7 +285,7 @@ def make_device_contact_step(
                     if ti.static(options.layered):
                         lists.control[WANTS] = NOTHING
                     if offer == 0:
-                        lists.control[MOST_PASSES] = 0.0
+                        begin_counts(lists)
                 if ti.static(options.posed):
                     if after > 0.0:
                         set_pose(obstacles, contact, number + 1)

@@ -12,15 +12,24 @@ boundary nodes and the numbers of the layers, a row for every step of the block.
 from ..engine import ti
 from ..static.control import CONVERGED, MEASURE, NEXT, any_island
 
-# what is next; steps taken in this block; 1: the next pass is the first one of its step; passes of this step so far;
-# largest number of passes of a step in this block
-WANTS, TAKEN, FIRST, PASSES, MOST_PASSES = 0, 1, 2, 3, 4
+# what is next; steps taken in this block; 1: the next pass is the first one of its step; passes of this step so far
+WANTS, TAKEN, FIRST, PASSES = 0, 1, 2, 3
 # of sweeps that are launched one by one: 1 while a solve makes them; those of this pass; from MOST_SWEEPS on the most
 # of the first pass of a step in this block, of the second one, and so on; the last number is that of all further ones
-SOLVING, SWEPT, MOST_SWEEPS = 5, 6, 7
+SOLVING, SWEPT, MOST_SWEEPS = 4, 5, 6
 COUNTED_PASSES = 4
-DEVICE_CONTROL = MOST_SWEEPS + COUNTED_PASSES
+# from SOLVES on the solves of this block that took one pass, two passes, and so on; the last number is all longer ones
+SOLVES = MOST_SWEEPS + COUNTED_PASSES
+COUNTED_SOLVES = 8
+DEVICE_CONTROL = SOLVES + COUNTED_SOLVES
 NOTHING, A_PASS, A_LOOK, A_LAYER, A_ROWS = 0.0, 1.0, 2.0, 3.0, 4.0
+
+
+@ti.func
+def begin_counts(lists: ti.template()):
+    """Count solves and sweeps from 0: a block of steps begins."""
+    for i in ti.static(range(MOST_SWEEPS, DEVICE_CONTROL)):
+        lists.control[i] = 0.0
 
 
 @ti.func
@@ -49,7 +58,7 @@ def want_layers(lists: ti.template(), offer):
     lists.control[WANTS] = A_LAYER
     if offer == 0:
         lists.control[TAKEN] = 0.0
-        lists.control[MOST_PASSES] = 0.0
+        begin_counts(lists)
 
 
 @ti.func
@@ -65,8 +74,8 @@ def end_pass(lists: ti.template(), system: ti.template(), squeezed):
     passes = lists.control[PASSES] + 1.0
     lists.control[FIRST] = 0.0
     lists.control[PASSES] = passes
-    lists.control[MOST_PASSES] = ti.max(lists.control[MOST_PASSES], passes)
     lists.control[SWEPT] = 0.0
     if any_island(system.stats, NEXT, MEASURE) == 0:
+        lists.control[SOLVES + ti.min(ti.cast(passes, ti.i32), COUNTED_SOLVES) - 1] += 1.0
         failed = ti.max(any_island(system.stats, CONVERGED, 0.0), squeezed)
         lists.control[WANTS] = ti.select(failed == 1, A_LOOK, NOTHING)

@@ -3,8 +3,8 @@
     decide        one block: whether a sweep follows, and how; extrapolation of an accelerated pair
     colour        one for every colour: its nodes
 
-The host offers as many sweeps as this pass needed in the last block of rows; those that it does not need do nothing,
-and one that needs more goes on with those of the next pass. After the sweeps of a pass:
+The host offers sweeps by what the last block of rows needed, some in one launch; those that are not needed do nothing,
+and a pass that needs more goes on with those of the next one. After the sweeps of a pass:
 
     decide        as above
     longest       longest increment d
@@ -16,7 +16,7 @@ import functools
 
 from ..contact.islands import island_count
 from ..engine import ti
-from ..lanes import BLOCK_THREADS, DEVICE_BLOCK
+from ..lanes import BLOCK_THREADS, DEVICE_BLOCK, SWEEPS_AT_ONCE
 from ..language.bundles import ContactOptions
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
@@ -128,17 +128,14 @@ def make_decide(blocks: int, colours: int, last: bool):
 
 @functools.cache
 def make_device_sweep(signature: Signature, options: ContactOptions, blocks: int, colours: int):
-    """Return the kernel of one sweep over all islands that need one, memoised.
+    """Return the kernel of SWEEPS_AT_ONCE sweeps over all islands that need them, memoised.
 
     blocks: of threads; colours: the most that an island has.
     """
     decide = make_decide(blocks, colours, False)
 
     @ti.func
-    def colour(
-        number: ti.template(), lists: ti.template(), rows: ti.template(), contact: ti.template(),
-        system: ti.template(),
-    ):  # fmt: skip
+    def colour(number: ti.template(), lists: ti.template(), contact: ti.template(), system: ti.template()):
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(blocks * DEVICE_BLOCK):
             for island in range(island_count(contact)):
@@ -148,14 +145,15 @@ def make_device_sweep(signature: Signature, options: ContactOptions, blocks: int
                     if number < system.colours[island + 1] - system.colours[island]:
                         omega = system.sweep_state[island * STATE + OMEGA]
                         backward = ti.cast(system.sweep_state[island * STATE + BACKWARD], ti.i32)
-                        defect = sweep_colour(team, rows, system, island, number, omega, backward)
+                        defect = sweep_colour(team, None, system, island, number, omega, backward)
                     put_sums(team, None, [solve_place(contact, island * colours + number)], [defect], ("max",))
 
     @ti.func
-    def device_sweep(lists: ti.template(), rows: ti.template(), contact: ti.template(), system: ti.template()):
-        decide(lists, contact, system)
-        for number in ti.static(range(colours)):
-            colour(number, lists, rows, contact, system)
+    def device_sweep(lists: ti.template(), contact: ti.template(), system: ti.template()):
+        for _ in ti.static(range(SWEEPS_AT_ONCE)):
+            decide(lists, contact, system)
+            for number in ti.static(range(colours)):
+                colour(number, lists, contact, system)
 
     return compiled_with(kernel_of(device_sweep, signature, options=options), **LEAVE_TO_LLVM)
 

@@ -12,6 +12,7 @@ from ...contact.bundles import rigid_bundle, support_bundle
 from ...contact.massless_contact import MasslessContactTerm
 from ...device import arrays
 from ...device.launch import Prepared
+from ...kernels.columns import SUMS
 from ...kernels.lanes import BLOCK_THREADS
 from ...kernels.sweep_places import STATE
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
@@ -19,9 +20,11 @@ from ...nodes.rigid_bodies import RigidBodies
 from ...planning.device_blocks import contact_blocks, partial_numbers, sweep_colours
 from ...planning.device_lists import colour_lists, parts_of, residual_donors, surface_corners, surface_threads
 from ...planning.domain import Domain
+from . import device_offers
 from .device_sweeps import DeviceSweeps
 from .device_terms import DeviceTermSteps
 
+KERNELS = 6  # that a launch of a step or a pass starts, about
 FEWEST_PASSES = 2  # of the static solve that a step of the first block offers
 MORE_PASSES = 4  # offered at once where a solve goes on at the end of a block
 
@@ -29,8 +32,8 @@ MORE_PASSES = 4  # offered at once where a solve goes on at the end of a block
 class DeviceContactSteps(DeviceTermSteps):
     """Steps in blocks as `DeviceSteps`, of a domain with massless contact nodes and obstacles.
 
-    A step offers as many passes of the static solve as a step of the last block needed; a solve that needs more takes
-    those of the next step (kernels/step/device_control.py).
+    A step offers passes of the static solve by what the steps of the last block needed (device_offers.py); a solve that
+    needs more takes those of the next step (kernels/step/device_control.py).
     """
 
     def __init__(
@@ -75,7 +78,7 @@ class DeviceContactSteps(DeviceTermSteps):
         self._sweeps = None
         if colours:
             swept = start["lists"], solved["contact"], solved["system"]
-            self._sweeps = DeviceSweeps(swept, solved["body"], solved["rows"], options, blocks, colours)
+            self._sweeps = DeviceSweeps(swept, solved["body"], options, blocks, colours)
         if self._cells is not None:
             self._make_viscous_pass(domain.kinds, measured, threads)
         self._keep_terms(contact, rigid)
@@ -226,11 +229,21 @@ class DeviceContactSteps(DeviceTermSteps):
             arrays.set_values(self._own["control"], after)
         return control
 
+    def _learn(self, control: np.ndarray, taken: int) -> None:
+        """Offer from now on what would have cost least for the rows that this block has taken so far."""
+        names, (step, _start, one) = self.names, (float(len(part) + KERNELS) for part in self._parts)
+        costs = [one]
+        if self._sweeps is not None:
+            steps, most = self._rows_of(control, taken)[:, SUMS.sweeps], control[names.MOST_SWEEPS : names.SOLVES]
+            self._sweeps.needed(steps, most, step + self.passes * one)
+            costs = [one + cost for cost in self._sweeps.costs]
+        self.passes = device_offers.passes(control[names.SOLVES : names.DEVICE_CONTROL], step, costs)
+
     def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
         """Take up to `rows` steps, fewer where a static solve does not converge; return their raw rows."""
         self._begin_pairs()
         names, offer, taken = self.names, 0, 0
-        while taken < rows:
+        while taken < rows:  # again where solves needed more than was offered, which is known then
             for _ in range(rows - taken):
                 self._launch_step(offer, kicks, steps)
                 offer += 1
@@ -239,11 +252,9 @@ class DeviceContactSteps(DeviceTermSteps):
             built = self.rows_built
             control = self._settle()
             taken = int(control[names.TAKEN])
+            self._learn(control, taken)
             if control[names.WANTS] == names.A_LOOK or self.rows_built != built:
                 break
-        self.passes = max(1, int(control[names.MOST_PASSES]))
-        if self._sweeps is not None:
-            self._sweeps.needed(control[names.MOST_SWEEPS : names.DEVICE_CONTROL])
         boundary = self._rows_of(control, taken)
         found = self.force.ledger_rows(taken)
         if self._cells is not None:  # no rate of theirs is watched: the search for the stable step knows them

@@ -7,38 +7,72 @@ from typing import Any
 import numpy as np
 
 from ...device.launch import Prepared
+from ...kernels.lanes import SWEEPS_AT_ONCE
+from . import device_offers
 
-FIRST_OFFER = 8, 4  # sweeps that the first pass of a step and the others offer in the first block of rows
+Fields = tuple[tuple[str, ...], tuple[str, ...]]
+OF_AN_END = 4  # kernels that the end of a pass starts
+FIRST_OFFER = 2, 1  # launches of sweeps that the first pass of a step and the others offer in the first block of rows
+# fields of Contact and System that sweeps need, and those that the end of a pass needs: a launch takes time for each
+OF_SWEEPS: Fields = (
+    ("islands", "compliance", "sums", "active", "shared", "partial"),
+    (
+        *("lane_start", "pack_start", "column", "values", "inverse", "stiffness", "right", "gaps", "normals"),
+        *("increment", "settings", "stats", "colours", "sweep_state"),
+    ),
+)
+OF_THE_END: Fields = (
+    ("nodes", "islands", "sums", "basis", "shared", "partial"),
+    ("stiffness", "increment", "settings", "stats", "sweep_state"),
+)
 
 
 class DeviceSweeps:
     """The sweeps of a pass of the static solve, and its end (kernels/step/device_sweeps.py).
 
-    parts: bundles DeviceLists, Contact, System; body, rows: bundles of the contact cells; offered: sweeps of the first
-    pass of a step, of the second one, and so on, as many as they needed in the last block of rows. A solve that needs
-    more goes on with those of the next pass.
+    parts: bundles DeviceLists, Contact, System; body: that of the contact cells; offered: launches of SWEEPS_AT_ONCE
+    sweeps in the first pass of a step, in the second one, and so on, by what the last block of rows needed. A solve
+    that needs more goes on with those of the next pass.
     """
 
-    def __init__(
-        self, parts: tuple[Any, Any, Any], body: Any, rows: Any, options: Any, blocks: int, colours: int
-    ) -> None:
+    def __init__(self, parts: tuple[Any, Any, Any], body: Any, options: Any, blocks: int, colours: int) -> None:
         from ...kernels.language.signatures import arguments, signature_of
         from ...kernels.step.device_sweeps import make_device_end, make_device_sweep
 
         lists, contact, system = parts
-        sweep = {"lists": lists, "rows": rows, "contact": contact, "system": system}
-        end = {"body": type(body)(u=body.u), "lists": lists, "contact": contact, "system": system}
+        sweep = {"lists": lists} | _chosen(contact, system, OF_SWEEPS)
+        end = {"body": type(body)(u=body.u), "lists": lists} | _chosen(contact, system, OF_THE_END)
         self.offered = [FIRST_OFFER[0], *(FIRST_OFFER[1],) * 3]
         self._sweep = Prepared(make_device_sweep(signature_of(sweep), options, blocks, colours))
         self._end = Prepared(make_device_end(signature_of(end), options, blocks, colours))
         self._arrays = arguments(sweep), arguments(end)
+        kernels = SWEEPS_AT_ONCE * (1 + colours), OF_AN_END
+        self._cost = [float(len(given) + count) for given, count in zip(self._arrays, kernels, strict=True)]
 
-    def needed(self, sweeps: np.ndarray) -> None:
-        """Offer so many sweeps from now on, at least one in the first pass."""
-        self.offered = [max(int(sweeps[0]), 1), *map(int, sweeps[1:])]
+    @property
+    def costs(self) -> list[float]:
+        """Costs of the launches of the first pass of a step, of the second one, and so on (device_offers.py)."""
+        sweep, end = self._cost
+        return [end + offered * sweep for offered in self.offered]
+
+    def needed(self, steps: np.ndarray, passes: np.ndarray, rest: float) -> None:
+        """Offer what costs least from now on.
+
+        steps: sweeps of every step of this block; passes: the most of their first pass, of the second one, and so on;
+        rest: cost of all other launches of a step.
+        """
+        sweep, end = self._cost
+        first = device_offers.launches(steps, SWEEPS_AT_ONCE, rest + end, sweep)
+        self.offered = [first, *(-(-int(most) // SWEEPS_AT_ONCE) for most in passes[1:])]
 
     def offer(self, number: int, times: int = 1) -> None:
         """Offer the sweeps of pass `number`, `times` as many as usual, and its end."""
         for _ in range(times * self.offered[min(number, len(self.offered) - 1)]):
             self._sweep(*self._arrays[0])
         self._end(*self._arrays[1])
+
+
+def _chosen(contact: Any, system: Any, fields: Fields) -> dict[str, Any]:
+    """Return the two bundles with these fields alone."""
+    pairs = zip(("contact", "system"), (contact, system), fields, strict=True)
+    return {name: type(bundle)(**{field: getattr(bundle, field) for field in own}) for name, bundle, own in pairs}
