@@ -1,7 +1,5 @@
 """Runs scenes on CUDA whose loads and stores are watched (watched_ptx.py): python cuda_meeting_worker.py OUT.npz."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path
