@@ -183,3 +183,14 @@ def test_a_stiffness_that_overflows_is_refused_by_name_without_other_warnings():
         warnings.simplefilter("error")
         with pytest.raises(tc.InputError, match=r"material of body-0 = .*1e\+308.*forces overflow"):
             tc.simulate(tc.Scene(body, duration=1.0))
+
+
+def test_a_body_that_has_no_stiffness_left_ends_with_an_inverted_cell():
+    """Crushed beyond the limit of its law no mode has a stiffness: once the next step was not a number then."""
+    soft = tc.StVenantKirchhoff(2.3e7, 0.27, 1350.0)
+    body = tc.Body(block(cells=2, shake=0.1), soft, lambda x: 1200.0 * (0.1 - x), name="crushed")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        result = tc.simulate(tc.Scene([body], [], 4e-3, contact=None), threads=THREADS)
+    assert result.reason == "inverted-cell"
+    assert np.isfinite(result.history["time"]).all()

@@ -200,7 +200,10 @@ class StableStep:
         return self._first(np.broadcast_to(0.0, 3 * len(self.plan.lumped)))
 
     def conclude(self, alphas: list[float], betas: list[float]) -> np.ndarray:
-        """Estimate `elastic` from the Lanczos matrix; return the parts of its vectors in the mode found."""
+        """Estimate `elastic` from the Lanczos matrix; return the parts of its vectors in the mode found.
+
+        Where no mode has a stiffness, as in a body crushed beyond the limit of its law, the last estimate stays.
+        """
         count = len(alphas)
         matrix = np.diag(alphas) + np.diag(betas[: count - 1], 1) + np.diag(betas[: count - 1], -1)
         if not np.isfinite([*alphas, *betas]).all():
@@ -212,7 +215,9 @@ class StableStep:
         values, vectors = np.linalg.eigh(matrix)
         top = vectors[:, -1]
         ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
-        self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual + self.spring_rate)
+        stiffest = ritz + residual + self.spring_rate
+        if stiffest > 0.0:
+            self.elastic = SAFETY * 2.0 / np.sqrt(stiffest)
         return top
 
     def search(self, u: np.ndarray, products: int = PRODUCTS) -> Search:
