@@ -55,7 +55,7 @@ def register_tool() -> Path:
 def results(folder: Path, worker: Path = WORKER, watched: bool = False) -> dict[str, np.ndarray]:
     """Run a worker in a process of its own and return what it stored; its modules (PTX) lie in the folder then.
 
-    watched: threads that meet in memory are told in the file TCONTACT_MEETINGS (watched_ptx.py).
+    watched: data races go to the file TCONTACT_RACES (watched_ptx.py).
     """
     environment = {name: value for name, value in os.environ.items() if name not in SHORT}  # compiled as for a user
     command = [sys.executable, str(worker), str(folder / "found.npz")]
@@ -69,7 +69,7 @@ def results(folder: Path, worker: Path = WORKER, watched: bool = False) -> dict[
         }
         if watched:
             tool = f"{sys.executable} {ROOT / 'tests' / 'watched_ptx.py'} {FAKE.parent / 'ptx2c.py'}"
-            environment |= {"FAKE_CUDA_TOOL": tool, "TCONTACT_MEETINGS": str(folder / "meetings")}
+            environment |= {"FAKE_CUDA_TOOL": tool, "TCONTACT_RACES": str(folder / "races")}
         command = ["sh", str(FAKE), *command]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-4000:]

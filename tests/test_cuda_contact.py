@@ -134,7 +134,7 @@ def test_runs_with_layers_go_on_from_checkpoints(found):
 
 
 def test_threads_in_reversed_order_give_the_same_bits(found):
-    """Those that wait for each other are not reversed: test_cuda_meetings.py watches them."""
+    """Those that wait for each other are not reversed: test_cuda_races.py watches them."""
     if cuda_device.real():
         pytest.skip("a real device runs its threads in its own order")
     assert thread_orders.compared(found) == {"search", *cuda_contact_scenes.REVERSED}

@@ -1,12 +1,12 @@
-"""Translates PTX for `fake_cuda.sh` so that threads that meet in memory are told.
+"""Translates PTX for `fake_cuda.sh` so that data races are told.
 
     watched_ptx.py TOOL MODULE.ptx MODULE.so
 
 Threads of a real GPU run at the same time, those of `fake_cuda.sh` one after the other: its results cannot show that a
-thread reads or overwrites what another one writes. Here every load and store of global memory is noted. Two threads
-meet where one changes a value which the other one reads or changes too without a barrier between them; threads of two
-blocks meet within a launch. Stores of the value that stands there already, by which all threads store what they agree
-on, are no change. Atomic operations are left out. What is found goes to the file TCONTACT_MEETINGS, a line each.
+thread reads or overwrites what another one writes. Here every load and store of global memory is noted. A race is
+where one thread changes a value which another one reads or changes too without a barrier between them, for threads of
+two blocks within a launch. Stores of the value that stands there already, by which all threads store what they agree
+on, are no change. Atomic operations are left out. Races go to the file TCONTACT_RACES, a line each.
 """
 
 import importlib.util
@@ -25,8 +25,8 @@ struct note { uint64_t at, launch; uint32_t writer, reader, write_turn, read_tur
 static struct note *notes; static uint64_t launches; static uint32_t barriers; static int told;
 static const char *running = "";
 enum { NOTES = 1 << 20, NOBODY = 0xffffffffu };
-static void meet_told(int line, const char *how, uint32_t one, uint32_t other) {
-  const char *path = getenv("TCONTACT_MEETINGS");
+static void tell_race(int line, const char *how, uint32_t one, uint32_t other) {
+  const char *path = getenv("TCONTACT_RACES");
   if (told++ >= MOST || !path) return;
   FILE *f = fopen(path, "a"); if (!f) return;
   fprintf(f, "%s, %s line %d: thread %u %s what thread %u %s\\n", running, __FILE__, line, one, how, other,
@@ -54,7 +54,7 @@ static void look(struct ctx *c, const char *p, int size, int line) {
   if (own(c, p)) return;
   for (int i = 0; i < size; i += 4) {
     struct note *n = note_of((uint64_t)(p + i) >> 2);
-    if (!n->shared && at_once(c, n->writer, n->write_turn)) meet_told(line, "reads", whole(c), n->writer);
+    if (!n->shared && at_once(c, n->writer, n->write_turn)) tell_race(line, "reads", whole(c), n->writer);
     if (n->reader != whole(c) && at_once(c, n->reader, n->read_turn)) n->many = 1;
     else if (n->read_turn != barriers) n->many = 0;
     n->reader = whole(c); n->read_turn = barriers;
@@ -68,9 +68,9 @@ static void change(struct ctx *c, const char *p, const void *value, int size, in
       if (at_once(c, n->writer, n->write_turn)) n->shared = 1;
       continue;
     }
-    if (at_once(c, n->writer, n->write_turn)) meet_told(line, "changes", whole(c), n->writer);
+    if (at_once(c, n->writer, n->write_turn)) tell_race(line, "changes", whole(c), n->writer);
     else if (at_once(c, n->reader, n->read_turn) || (n->many && n->read_turn == barriers))
-      meet_told(line, "changes", whole(c), n->reader);
+      tell_race(line, "changes", whole(c), n->reader);
     n->writer = whole(c); n->write_turn = barriers; n->shared = 0;
   }
 }

@@ -1,4 +1,4 @@
-"""Threads of a GPU that read or overwrite what others write at the same time: none may be there (watched_ptx.py)."""
+"""Data races of the kernels of a GPU: no thread reads or overwrites what others write meanwhile (watched_ptx.py)."""
 
 from pathlib import Path
 
@@ -8,16 +8,16 @@ import pytest
 
 REASON = "PTX is translated by fake_cuda.sh alone" if cuda_device.real() else cuda_device.missing()
 pytestmark = [pytest.mark.cuda, pytest.mark.skipif(bool(REASON), reason=REASON)]
-WORKER = Path(__file__).resolve().parent / "cuda_meeting_worker.py"
+WORKER = Path(__file__).resolve().parent / "cuda_race_worker.py"
 
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    """What the device computed, and which threads met."""
-    return cuda_device.results(tmp_path_factory.mktemp("meetings"), worker=WORKER, watched=True)
+    """What the device computed, and the races of its threads."""
+    return cuda_device.results(tmp_path_factory.mktemp("races"), worker=WORKER, watched=True)
 
 
-def test_threads_that_meet_are_told(found):
+def test_races_are_told(found):
     """Those that add to one number, and one that changes what others read; not those that wait or store the same."""
     together, in_turn, unaware, alike = found["planted"]
     assert together > 0
@@ -25,7 +25,7 @@ def test_threads_that_meet_are_told(found):
     assert in_turn == alike == 0
 
 
-def test_no_threads_meet_in_a_run(found):
+def test_runs_have_no_races(found):
     """A friction force on a free obstacle was once added to a node by several threads at a time, and lost in part."""
     names = [key.partition("/")[0] for key in found if key.endswith("/told")]
     assert {"floated", "paired", "tumbling", "forged"} <= set(names)

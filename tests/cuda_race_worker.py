@@ -1,4 +1,4 @@
-"""Runs scenes on CUDA whose loads and stores are watched (watched_ptx.py): python cuda_meeting_worker.py OUT.npz."""
+"""Runs scenes on CUDA whose loads and stores are watched (watched_ptx.py): python cuda_race_worker.py OUT.npz."""
 
 import os
 import sys
@@ -15,13 +15,13 @@ from tcontact.device import runtime
 
 # those whose boundary nodes share most: friction on an obstacle that moves freely, pairs; all of them with --slow
 WATCHED = ("floated", "paired")
-KEPT = Path(os.environ["TCONTACT_MEETINGS"])
+RACES = Path(os.environ["TCONTACT_RACES"])
 
 
 def told() -> list[str]:
     """Return what was told since the last question."""
-    lines = KEPT.read_text().splitlines() if KEPT.exists() else []
-    KEPT.unlink(missing_ok=True)
+    lines = RACES.read_text().splitlines() if RACES.exists() else []
+    RACES.unlink(missing_ok=True)
     return lines
 
 
