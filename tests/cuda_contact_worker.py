@@ -33,8 +33,11 @@ def state_of(name: str):
     return state, step
 
 
-def calls_of_a_block(name: str) -> str:
-    """Return what the driver is asked for by the launches of a block of a scene, not its first; "" without a log."""
+def calls_of_a_block(name: str) -> dict[str, np.ndarray]:
+    """Return what the driver is asked for by the launches of a block of a scene, not its first; "" without a log.
+
+    named: arrays that the launches of a step, of the start and of a pass name.
+    """
     log = Path(os.environ.get("FAKE_CUDA_LOG", os.devnull))
     state, step = state_of(name)
     kicks = step / 2, step / 2, step
@@ -46,7 +49,8 @@ def calls_of_a_block(name: str) -> str:
     device.advance = watched(device.advance, lambda: lengths.append(log.stat().st_size))
     state.advance(*kicks, 2 * step, (step, step), DEVICE_ROWS)
     text = log.read_bytes() if log.is_file() else b""
-    return text[lengths[0] : lengths[1]].decode()
+    named = [len(part) for part in device._parts]
+    return {f"{name}/calls": np.array(text[lengths[0] : lengths[1]].decode()), f"{name}/named": np.array(named)}
 
 
 def watched(call, note):
@@ -91,23 +95,34 @@ def resumed() -> np.ndarray:
 
 
 def by_several_blocks(name: str) -> dict[str, np.ndarray]:
-    """Return a run whose few nodes several blocks of threads take, and how many sweeps were launched one by one."""
+    """Return a run whose few nodes several blocks of threads take, and how many sweeps were launched one by one.
+
+    named: arrays that launches of sweeps and of the end of a pass name.
+    """
     limits = device_blocks.MANY_NODES, device_blocks.MANY_SWEPT
     device_blocks.MANY_NODES = device_blocks.MANY_SWEPT = 1
     swept: list[int] = []
+    named: list[list[int]] = []
     offer = DeviceSweeps.offer
-    DeviceSweeps.offer = lambda self, *given: (swept.append(self.offered[0]), offer(self, *given))[1]
+
+    def noted(self, *given):
+        swept.append(self.offered[0])
+        named.append([len(part) for part in self._arrays])
+        offer(self, *given)
+
+    DeviceSweeps.offer = noted
     found = cuda_contact_scenes.run(name, "cuda")
     device_blocks.MANY_NODES, device_blocks.MANY_SWEPT = limits
     DeviceSweeps.offer = offer
-    return found | {"swept": np.array(sum(swept))}
+    return found | {"swept": np.array(sum(swept)), "named": np.array(named[:1])}
 
 
 def main(out: str) -> None:
     """Run everything and store it."""
     runtime.start("cuda")
     found = runs(cuda_contact_scenes.SCENES)
-    found |= {f"{name}/calls": np.array(calls_of_a_block(name)) for name in cuda_contact_scenes.COUNTED}
+    for name in cuda_contact_scenes.COUNTED:
+        found |= calls_of_a_block(name)
     for name in cuda_contact_scenes.SHARED:
         found |= {f"shared-{name}/{key}": value for key, value in by_several_blocks(name).items()}
     found |= {f"short/{key}": value for key, value in short_of_passes().items()}

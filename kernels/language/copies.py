@@ -11,27 +11,18 @@ from .threads import turns_of
 
 
 @ti.kernel
-def copy_part(source: ARRAY, first: ti.i32, target: ARRAY):
-    """Copy as many numbers as the target has, from place `first` of the source on."""
+def copy_reals(source: ARRAY, first: ti.i32, target: ARRAY, start: ti.i32, count: ti.i32):
+    """Copy `count` numbers from place `first` of the source on to place `start` of the target on."""
     for t in range(MOST_THREADS):
-        for turn in range(turns_of(t, MOST_THREADS, target.shape[0])):
+        for turn in range(turns_of(t, MOST_THREADS, count)):
             i = t + turn * MOST_THREADS
-            target[i] = source[first + i]
+            target[start + i] = source[first + i]
 
 
 @ti.kernel
-def copy_into(source: ARRAY, target: ARRAY, first: ti.i32):
-    """Copy all numbers of the source to the target, from place `first` of it on."""
+def copy_wholes(source: INDEX, first: ti.i32, target: INDEX, start: ti.i32, count: ti.i32):
+    """Copy whole numbers as `copy_reals`."""
     for t in range(MOST_THREADS):
-        for turn in range(turns_of(t, MOST_THREADS, source.shape[0])):
+        for turn in range(turns_of(t, MOST_THREADS, count)):
             i = t + turn * MOST_THREADS
-            target[first + i] = source[i]
-
-
-@ti.kernel
-def copy_wholes(source: INDEX, target: INDEX):
-    """Copy an array of whole numbers."""
-    for t in range(MOST_THREADS):
-        for turn in range(turns_of(t, MOST_THREADS, target.shape[0])):
-            i = t + turn * MOST_THREADS
-            target[i] = source[i]
+            target[start + i] = source[first + i]

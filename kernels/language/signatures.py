@@ -3,30 +3,44 @@
 A Taichi kernel must list its arrays one by one. `kernel_of` writes that list: one argument for every array that a scene
 has, in the order of the bundles, and a body that puts them back into bundles and calls a `ti.func`. `arguments`
 flattens the bundles of the host in the same order. A field that is None is no argument; a field that is no array is a
-compile-time option.
+compile-time option. Arrays that stand in joint ones (joint_arrays.py) share two arguments.
 """
 
 import linecache
+from collections.abc import Iterator
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from ..engine import ti
 from .arguments import ARRAY, INDEX, Array, Index, Shared
+from .joint_arrays import WHOLES, JointArray, Place
 
 MAXIMUM_ARGUMENTS = 64  # arguments of a kernel in Taichi, arrays and numbers
 
 
 class Signature(NamedTuple):
-    """Arguments of a kernel, hashable: name and class of every bundle, and the fields that it has."""
+    """Arguments of a kernel, hashable: name and class of every bundle, and the fields that it has.
+
+    joint: the fields that are parts of joint arrays, by their labels.
+    """
 
     bundles: tuple[tuple[str, type, tuple[str, ...]], ...]
+    joint: tuple[tuple[str, Place], ...] = ()
 
     def arguments(self) -> dict[str, type]:
         """Return the array arguments in order, with their annotations."""
         found: dict[str, type] = {}
+        joint = dict(self.joint)
         for name, bundle, present in self.bundles:
             for field in present:
-                if is_array(bundle, field):
-                    found.setdefault(label(name, bundle, field), bundle.__annotations__[field])
+                if not is_array(bundle, field):
+                    continue
+                text = label(name, bundle, field)
+                if text in joint:
+                    found |= {need: Index if need == WHOLES else Array for need in joint[text].needs}
+                else:
+                    found.setdefault(text, bundle.__annotations__[field])
         return found
 
 
@@ -47,16 +61,39 @@ def signature_of(bundles: dict[str, Any]) -> Signature:
         name: tuple(field for field in bundle._fields if getattr(bundle, field) is not None)
         for name, bundle in bundles.items()
     }
-    return Signature(tuple((name, type(bundle), present[name]) for name, bundle in bundles.items()))
+    joint = {text: Place(array.number, array.type is np.int32) for text, array in labelled(bundles) if part(array)}
+    return Signature(
+        tuple((name, type(bundle), present[name]) for name, bundle in bundles.items()), tuple(joint.items())
+    )
+
+
+def labelled(bundles: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Return the label of every array of the bundles and the array."""
+    for name, bundle in bundles.items():
+        for field in bundle._fields:
+            if is_array(type(bundle), field) and getattr(bundle, field) is not None:
+                yield label(name, type(bundle), field), getattr(bundle, field)
+
+
+def part(array: Any) -> bool:
+    """Return whether an array of the host stands in a joint one."""
+    return hasattr(array, "joint")
 
 
 def arguments(bundles: dict[str, Any]) -> tuple[Any, ...]:
-    """Return the arrays of the bundles in the order of their signature."""
+    """Return the arrays of the bundles in the order of their signature.
+
+    Raises `TypeError` for parts of different joint arrays, of which a kernel takes one pair.
+    """
     found: dict[str, Any] = {}
-    for name, bundle, present in signature_of(bundles).bundles:
-        for field in present:
-            if is_array(bundle, field):
-                found.setdefault(label(name, bundle, field), getattr(bundles[name], field))
+    for text, array in labelled(bundles):
+        if not part(array):
+            found.setdefault(text, array)
+            continue
+        for need in Place(array.number, array.type is np.int32).needs:
+            whole = array.joint.wholes if need == WHOLES else array.joint.reals
+            if found.setdefault(need, whole) is not whole:
+                raise TypeError(f"{text} stands in another joint array than the arguments before it")
     return tuple(found.values())
 
 
@@ -70,13 +107,14 @@ def kernel_of(
     """
     arrays = signature.arguments()
     kinds = [f"{name}: {'INDEX' if issubclass(kind, Index) else 'ARRAY'}" for name, kind in arrays.items()]
-    scope: dict[str, Any] = {"ti": ti, "function": function, "ARRAY": ARRAY, "INDEX": INDEX}
-    built = []
+    scope: dict[str, Any] = {"ti": ti, "function": function, "ARRAY": ARRAY, "INDEX": INDEX, "JointArray": JointArray}
+    built, joint = [], dict(signature.joint)
     for name, bundle, _present in signature.bundles:
         parts = []
         for field in bundle._fields:
             value = label(name, bundle, field) if is_array(bundle, field) else f"option_{field}"
-            parts.append(f"{field}={value if value in arrays or value.startswith('option_') else None}")
+            given = value in arrays or value.startswith("option_")
+            parts.append(f"{field}={joint[value].source if value in joint else value if given else None}")
         scope[bundle.__name__] = bundle
         built.append(f"ti.static({bundle.__name__}({', '.join(parts)}))")
     named = {field for _name, bundle, _present in signature.bundles for field in bundle._fields}

@@ -40,7 +40,8 @@ class CellViscosity:
         numbers[[names.NODES, names.LANES, names.CORNERS]] = nodes, len(lanes), packs.corner_rows
         numbers[[names.FIRST_LANE, names.FIRST_ROW]] = packs.first_contact_lane, self.first_place()
         rows = np.zeros(3 * packs.corner_rows)
-        self.data = arrays.put(np.concatenate([numbers, np.zeros(6 * nodes), lanes, rows, *cells, tail]))
+        with arrays.standing_in(None):  # other launches take it as it is
+            self.data = arrays.put(np.concatenate([numbers, np.zeros(6 * nodes), lanes, rows, *cells, tail]))
         self._before = slice(names.NUMBERS, names.NUMBERS + 3 * nodes)
         start = names.NUMBERS + 6 * nodes + len(lanes)
         self._rows = slice(start, start + len(rows))

@@ -26,24 +26,25 @@ class NodeLayers:
 
     def __init__(self, model: FrictionLayer, kinds: Sequence[LayerKind], nodes: Sequence[np.ndarray], count: int):
         self.kinds, self.nodes = tuple(kinds), list(nodes)
-        self.batches = [
-            Layer(
-                kind.metals,
-                len(mine),
-                points=model.points,
-                grading=model.grading,
-                thickness=model.thickness,
-                heat_share=model.heat_share,
-                plastic_heat=model.plastic_heat,
-                initial_temperature=model.initial_temperature,
-                method=model.method,
-                reload=model.reload,
-                open_ends=kind.open_ends,
-                start_temperatures=kind.temperatures,
-                arch=runtime.arch(),
-            )
-            for kind, mine in zip(kinds, nodes, strict=True)
-        ]
+        with arrays.standing_in(None):  # batches of one kind share a kernel
+            self.batches = [
+                Layer(
+                    kind.metals,
+                    len(mine),
+                    points=model.points,
+                    grading=model.grading,
+                    thickness=model.thickness,
+                    heat_share=model.heat_share,
+                    plastic_heat=model.plastic_heat,
+                    initial_temperature=model.initial_temperature,
+                    method=model.method,
+                    reload=model.reload,
+                    open_ends=kind.open_ends,
+                    start_temperatures=kind.temperatures,
+                    arch=runtime.arch(),
+                )
+                for kind, mine in zip(kinds, nodes, strict=True)
+            ]
         self.used = np.zeros(count, dtype=np.int64)
         for number, mine in reversed(list(enumerate(nodes))):
             self.used[mine] = number

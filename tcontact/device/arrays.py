@@ -2,16 +2,36 @@
 
 from __future__ import annotations
 
-import functools
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 import numpy as np
 
 from ..base.memory import aligned
 from . import runtime
-from .launch import Prepared
+from .joint import Joint, Part, copies, read, write
 
-Array = Any  # numpy.ndarray on the CPU, taichi.Ndarray on a GPU; flat, one-dimensional
+Array = Any  # numpy.ndarray on the CPU, taichi.Ndarray or Part on a GPU; flat, one-dimensional
+
+_joint: ContextVar[Joint | None] = ContextVar("joint", default=None)  # in which arrays stand that are made now
+
+
+@contextmanager
+def standing_in(joint: Joint | None) -> Iterator[None]:
+    """Let arrays of a GPU that are made inside stand in a joint, or alone (None)."""
+    token = _joint.set(joint)
+    try:
+        yield
+    finally:
+        _joint.reset(token)
+
+
+def _part(dtype: type, count: int, values: np.ndarray | None = None) -> Part | None:
+    """Return a new part of the present joint, if there is one that still takes any."""
+    joint = _joint.get()
+    return None if joint is None or joint.full else joint.part(dtype, count, values)
 
 
 def put(values: np.ndarray) -> Array:
@@ -24,6 +44,9 @@ def put(values: np.ndarray) -> Array:
         array = aligned(flat.size, dtype)
         array[:] = flat
         return array
+    part = _part(dtype, flat.size, np.array(flat, dtype=dtype))
+    if part is not None:
+        return part
     ti = runtime.load()
     device = ti.ndarray(ti.f64 if dtype is np.float64 else ti.i32, flat.size)
     device.from_numpy(np.ascontiguousarray(flat, dtype=dtype))
@@ -40,7 +63,7 @@ def zeros(count: int) -> Array:
     """Make a flat float64 array of zeros on the device."""
     if runtime.arch() == "cuda":  # without an array of zeros on the host
         ti = runtime.load()
-        return ti.ndarray(ti.f64, max(count, 1))
+        return _part(np.float64, max(count, 1)) or ti.ndarray(ti.f64, max(count, 1))
     return put(np.broadcast_to(0.0, max(count, 1)))
 
 
@@ -48,7 +71,7 @@ def whole_numbers(count: int) -> Array:
     """Make a flat int32 array of zeros on the device."""
     if runtime.arch() == "cuda":
         ti = runtime.load()
-        return ti.ndarray(ti.i32, max(count, 1))
+        return _part(np.int32, max(count, 1)) or ti.ndarray(ti.i32, max(count, 1))
     return put(np.zeros(max(count, 1), dtype=np.int32))
 
 
@@ -57,44 +80,26 @@ def get(array: Array) -> np.ndarray:
     return array if isinstance(array, np.ndarray) else array.to_numpy()
 
 
+def alone(array: Array) -> Array:
+    """Return an array that stands in no joint: itself, or a copy of the part of one."""
+    with standing_in(None):
+        return put(array.to_numpy()) if isinstance(array, Part) else array
+
+
 def part(array: Array, first: int, count: int) -> np.ndarray:
     """Return `count` values from `first` on, on the host, without the others; like `get`."""
     if isinstance(array, np.ndarray):
         return array[first : first + count]
-    found = zeros(count)
-    _copy_part()(array, first, found)
-    return found.to_numpy()
+    return array.read(first, count) if isinstance(array, Part) else read(array, _type(array), first, count)
 
 
 def copy(source: Array, target: Array) -> None:
     """Copy the values of an array to one of the same type and size, on the device."""
     if isinstance(source, np.ndarray):
         target[:] = source
-    elif "i32" in str(source.dtype):
-        _copy_wholes()(source, target)
-    else:
-        _copy_part()(source, 0, target)
-
-
-@functools.cache
-def _copy_wholes() -> Prepared:
-    from ..kernels.language.copies import copy_wholes
-
-    return Prepared(copy_wholes)
-
-
-@functools.cache
-def _copy_into() -> Prepared:
-    from ..kernels.language.copies import copy_into
-
-    return Prepared(copy_into)
-
-
-@functools.cache
-def _copy_part() -> Prepared:
-    from ..kernels.language.copies import copy_part
-
-    return Prepared(copy_part)
+        return
+    (given, first), (taking, start) = (one.place if isinstance(one, Part) else (one, 0) for one in (source, target))
+    copies(_type(source))(given, first, taking, start, int(np.prod(source.shape)))
 
 
 def set_values(array: Array, values: np.ndarray, first: int = 0) -> None:
@@ -102,15 +107,17 @@ def set_values(array: Array, values: np.ndarray, first: int = 0) -> None:
     flat = np.ascontiguousarray(values).reshape(-1)
     if isinstance(array, np.ndarray):
         array[first : first + flat.size] = flat
-        return
-    whole = flat.astype(np.float64)
-    if flat.size < int(np.prod(array.shape)):
-        if "i32" not in str(array.dtype):  # without the other values, which stay on the device
-            _copy_into()(put(whole), array, first)
-            return
-        whole = array.to_numpy()
-        whole[first : first + flat.size] = flat
-    array.from_numpy(whole)
+    elif isinstance(array, Part):
+        array.write(flat, first)
+    elif flat.size == int(np.prod(array.shape)):
+        array.from_numpy(flat)
+    else:
+        write(array, _type(array), first, flat.astype(_type(array)))
+
+
+def _type(array: Array) -> type:
+    """Return the type of the numbers of an array of a GPU."""
+    return np.int32 if "i32" in str(array.dtype) else np.float64
 
 
 def size_in_bytes(arrays: list[Array]) -> int:

@@ -4,7 +4,7 @@ Taichi's ordinary call costs 11 us and 5 us per array. `Prepared` fills the laun
 that Taichi does not promise to keep: if any of them is missing, it makes ordinary calls. A context whose arrays
 are NumPy memory is kept: a launch with the same arrays only sets the numbers, 2 to 4 us in all however many arrays.
 Arrays of a GPU need a new context for every launch, since Taichi leaves one there that cannot be filled again: 1 us per
-array, and as much or more for what Taichi does with each.
+array, and as much or more for what Taichi does with each. Small ones therefore share two (joint.py).
 """
 
 from __future__ import annotations
@@ -33,9 +33,10 @@ class Prepared:
 
     def __call__(self, *arguments: Any) -> None:
         if self._ready is None:
-            self.kernel(*arguments)
+            taken = tuple(getattr(value, "made", value) for value in arguments)  # a joint array of a GPU: Taichi's own
+            self.kernel(*taken)
             if not self._ordinary:
-                self._prepare(arguments)
+                self._prepare(taken)
             return
         if self._places is not None:
             self._launch_on_device(arguments, *self._places)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import arrays
+from .joint import Joint, Part, Whole
 from .launch import Prepared
 
 # written in every step before it is read
@@ -72,9 +73,9 @@ def _leaves(thing: Any, seen: set[int], path: str = "", owner: Any = None, key: 
     if plain or isinstance(thing, (*PLAIN, np.generic)):
         if not isinstance(owner, tuple):  # immutable
             yield Leaf(path, owner, key, thing)
-    elif id(thing) in seen or isinstance(thing, (type, Prepared)):
+    elif id(thing) in seen or isinstance(thing, (type, Prepared, Joint, Whole)):
         return
-    elif isinstance(thing, np.ndarray) or type(thing).__module__.endswith(".lang._ndarray"):
+    elif isinstance(thing, (np.ndarray, Part)) or type(thing).__module__.endswith(".lang._ndarray"):
         yield Leaf(path, owner, key, thing)
     elif isinstance(thing, (list, tuple)):
         seen.add(id(thing))

@@ -67,8 +67,9 @@ class PairContact:
         self.margin = self._least_margin
         self.rebuilds = self.searches = 0
         self._acting: tuple[np.ndarray, np.ndarray] | None = None  # rows of the present forces, if others replaced them
-        self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
-        self.values = arrays.put(np.zeros(at.VALUES_HEADER))
+        with arrays.standing_in(None):  # larger ones take their place
+            self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
+            self.values = arrays.put(np.zeros(at.VALUES_HEADER))
         self._store([empty() for _ in self.facings], np.zeros_like(self._reference), stale=1.0)
 
     def set_friction(self, rows: ConstraintRows) -> None:
@@ -226,7 +227,8 @@ class PairContact:
     def _written(self, array: arrays.Array, content: np.ndarray) -> arrays.Array:
         """Write into an array, or into a larger one that replaces it."""
         if len(content) > int(np.prod(array.shape)):
-            array = arrays.put(np.zeros(int(SPARE * len(content)), dtype=arrays.get(array).dtype))
+            with arrays.standing_in(None):
+                array = arrays.put(np.zeros(int(SPARE * len(content)), dtype=arrays.get(array).dtype))
         arrays.set_values(array, content)
         return array
 

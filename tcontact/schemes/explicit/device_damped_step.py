@@ -54,6 +54,9 @@ class DeviceDampedStep:
         self._searched: set[int] = set()
         self._partial, self._numbers = arrays.zeros((SUMS + 1) * force.threads), arrays.zeros(SUMS + 1)
         self._kept = [arrays.whole_numbers(size) for _ in range(products)]
+        # what these launches take of the steps as it is, alone
+        given = viscous.boundary_nodes, viscous.inverse_mass, viscous.corner_rows
+        self._nodes, self._inverse_mass, self._corner_rows = map(arrays.alone, given)
         self._saved = arrays.zeros(int(np.prod(viscous.cells.data.shape)))
         self._run = {name: Prepared(kernel) for name, kernel in make_damped_lanczos(force.threads).items()}
         self._rate_place, self._largest = RATE, LARGEST
@@ -74,7 +77,7 @@ class DeviceDampedStep:
         data = self.viscous.cells.data
         arrays.copy(data, self._saved)
         arrays.copy(u, self.trial)  # the other bodies stay where they are
-        self._run["take_places"](u, self.viscous.boundary_nodes, data)
+        self._run["take_places"](u, self._nodes, data)
         arrays.set_values(data, np.ones(1), self._rate_place)
         dt = elastic
         for _ in range(ROUNDS):
@@ -139,13 +142,13 @@ class DeviceDampedStep:
         run["displace"](u, info, self._p, self._x, by, scale, *nodes, self.trial, self.answer, data, self._kept[k])
         self.force.minus_force(self.trial, self.answer)
         viscous.measure_viscous(u)
-        state = here, self.answer, self.force.mass, info, viscous.corner_rows, data, self._x, self._q
+        state = here, self.answer, self.force.mass, info, self._corner_rows, data, self._x, self._q
         run["respond"](*state, rate, beta, 1.0 / scale, *nodes, self._partial)
         return self._folded()
 
     def _reduce(self, nodes: tuple[int, int], alpha: float) -> tuple[float, float]:
         """Take alpha p off q and set x; return q.x and the largest number of x."""
-        mass = self.force.mass, self.viscous.inverse_mass, self.force.info
+        mass = self.force.mass, self._inverse_mass, self.force.info
         self._run["reduce"](self._q, self._p, self._x, *mass, alpha, *nodes, self._partial)
         sums = self._folded()
         return float(sums[0]), float(sums[self._largest])

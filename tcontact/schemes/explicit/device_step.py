@@ -43,10 +43,11 @@ class DeviceSteps:
 
     def _keep(self, parts: list[arrays.Array]) -> None:
         """Let a block start from these arrays too, of which it needs a copy."""
-        for part in parts:
-            make = arrays.whole_numbers if "i32" in str(part.dtype) else arrays.zeros
-            self._state.append(part)
-            self._kept.append(make(int(np.prod(part.shape))))
+        with arrays.standing_in(None):
+            for part in parts:
+                make = arrays.whole_numbers if "i32" in str(part.dtype) else arrays.zeros
+                self._state.append(part)
+                self._kept.append(make(int(np.prod(part.shape))))
 
     def advance(
         self,

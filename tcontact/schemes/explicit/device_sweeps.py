@@ -10,21 +10,8 @@ from ...device.launch import Prepared
 from ...kernels.lanes import SWEEPS_AT_ONCE
 from . import device_offers
 
-Fields = tuple[tuple[str, ...], tuple[str, ...]]
 OF_AN_END = 4  # kernels that the end of a pass starts
 FIRST_OFFER = 2, 1  # launches of sweeps that the first pass of a step and the others offer in the first block of rows
-# fields of Contact and System that sweeps need, and those that the end of a pass needs: a launch takes time for each
-OF_SWEEPS: Fields = (
-    ("islands", "compliance", "sums", "active", "shared", "partial"),
-    (
-        *("lane_start", "pack_start", "column", "values", "inverse", "stiffness", "right", "gaps", "normals"),
-        *("increment", "settings", "stats", "colours", "sweep_state"),
-    ),
-)
-OF_THE_END: Fields = (
-    ("nodes", "islands", "sums", "basis", "shared", "partial"),
-    ("stiffness", "increment", "settings", "stats", "sweep_state"),
-)
 
 
 class DeviceSweeps:
@@ -40,8 +27,8 @@ class DeviceSweeps:
         from ...kernels.step.device_sweeps import make_device_end, make_device_sweep
 
         lists, contact, system = parts
-        sweep = {"lists": lists} | _chosen(contact, system, OF_SWEEPS)
-        end = {"body": type(body)(u=body.u), "lists": lists} | _chosen(contact, system, OF_THE_END)
+        sweep = {"lists": lists, "contact": contact, "system": system}
+        end = {"body": type(body)(u=body.u), **sweep}
         self.offered = [FIRST_OFFER[0], *(FIRST_OFFER[1],) * 3]
         self._sweep = Prepared(make_device_sweep(signature_of(sweep), options, blocks, colours))
         self._end = Prepared(make_device_end(signature_of(end), options, blocks, colours))
@@ -70,9 +57,3 @@ class DeviceSweeps:
         for _ in range(times * self.offered[min(number, len(self.offered) - 1)]):
             self._sweep(*self._arrays[0])
         self._end(*self._arrays[1])
-
-
-def _chosen(contact: Any, system: Any, fields: Fields) -> dict[str, Any]:
-    """Return the two bundles with these fields alone."""
-    pairs = zip(("contact", "system"), (contact, system), fields, strict=True)
-    return {name: type(bundle)(**{field: getattr(bundle, field) for field in own}) for name, bundle, own in pairs}

@@ -13,6 +13,7 @@ from ...contact.device_layers import DeviceLayers
 from ...contact.layered_friction import LayeredFriction
 from ...contact.massless_contact import MasslessContactTerm
 from ...device import arrays
+from ...device.joint import Joint
 from ...kernels.columns import RIGID, group_size, raw_places
 from ...kernels.lanes import MAXIMUM_ROWS
 from ...nodes.applied_loads import AppliedLoads
@@ -72,6 +73,41 @@ class DomainState:
         self.start_velocity = self._started(velocity)
         on_device = steps_on_device(scene, domain)
         self.internal_force: InternalForce = DeviceForce(domain) if on_device else InternalForce(domain)
+        joint = Joint() if on_device else None
+        with arrays.standing_in(joint):
+            self._make_terms(displacement)
+        self.sensors: Sensors | None = None
+        if sensed(scene, domain.bodies):
+            parts = scene, domain.bodies, domain.numbers, domain.node_start[:-1], self.layout
+            rows = MAXIMUM_ROWS if domain.small else 1
+            self.sensors = Sensors(*parts, rows, domain.massless, self.start_velocity)
+        self.serial: SerialStep | None = None
+        parts_of_step = self.boundary_nodes, self.contact, self.rigid
+        if not on_device and (any(part is not None for part in parts_of_step) or domain.small):
+            terms = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images
+            self.serial = SerialStep(domain, self.groups, *terms, self.loads, self.sensors, self.rigid)
+            if domain.small:
+                self.serial.use_for_products()
+        self.v = arrays.share(self._massive(self.start_velocity))
+        self.device: DeviceSteps | None = None
+        if isinstance(self.internal_force, DeviceForce):
+            with arrays.standing_in(joint):
+                self.device = self._device_steps(self.internal_force)
+        self.timed: list[Timed] = [] if self.driven is None else [self.driven]
+        self.timed += [self.loads] if self.loads is not None and self.loads.varies else []
+        self.timed += [self.rigid] if self.rigid is not None and self.rigid.driven else []
+        several = 1
+        if not domain.small and self.layered is None and self.sensors is None:
+            several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
+        several = several if self.device is None else self.device.rows_at_once
+        self._raw = np.zeros((several, group_size(*self.groups)))
+        self._builds = np.zeros(several)  # times that rows of pairs were built, up to each of these rows
+        self.own_views = [BodyView(self, number) for number in range(len(domain.bodies))]
+        self.views = self.own_views
+
+    def _make_terms(self, displacement: list[np.ndarray]) -> None:
+        """Make boundary nodes, loads, supports, contact and rigid bodies; displacement: as of this class."""
+        scene, domain = self.scene, self.domain
         self.boundary_nodes: BoundaryNodes | None = None
         self.loads: AppliedLoads | None = None
         if len(domain.boundary):
@@ -95,33 +131,6 @@ class DomainState:
             self.frees = bool(self.contact.obstacles.free)
         self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
         self.rigid = self._rigid_bodies()
-        self.sensors: Sensors | None = None
-        if sensed(scene, domain.bodies):
-            parts = scene, domain.bodies, domain.numbers, domain.node_start[:-1], self.layout
-            rows = MAXIMUM_ROWS if domain.small else 1
-            self.sensors = Sensors(*parts, rows, domain.massless, self.start_velocity)
-        self.serial: SerialStep | None = None
-        parts_of_step = self.boundary_nodes, self.contact, self.rigid
-        if not on_device and (any(part is not None for part in parts_of_step) or domain.small):
-            terms = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images
-            self.serial = SerialStep(domain, self.groups, *terms, self.loads, self.sensors, self.rigid)
-            if domain.small:
-                self.serial.use_for_products()
-        self.v = arrays.share(self._massive(self.start_velocity))
-        self.device: DeviceSteps | None = None
-        if isinstance(self.internal_force, DeviceForce):
-            self.device = self._device_steps(self.internal_force)
-        self.timed: list[Timed] = [] if self.driven is None else [self.driven]
-        self.timed += [self.loads] if self.loads is not None and self.loads.varies else []
-        self.timed += [self.rigid] if self.rigid is not None and self.rigid.driven else []
-        several = 1
-        if not domain.small and self.layered is None and self.sensors is None:
-            several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
-        several = several if self.device is None else self.device.rows_at_once
-        self._raw = np.zeros((several, group_size(*self.groups)))
-        self._builds = np.zeros(several)  # times that rows of pairs were built, up to each of these rows
-        self.own_views = [BodyView(self, number) for number in range(len(domain.bodies))]
-        self.views = self.own_views
 
     def _device_steps(self, force: DeviceForce) -> DeviceSteps:
         """Make the steps on a GPU."""
