@@ -47,7 +47,8 @@ state.Joint = lambda: None  # places in joint arrays, which all threads read ali
 scene = block("hex8", "neo-hookean", int(sys.argv[1]), "normal")
 falling = dataclasses.replace(scene.bodies[0], velocity=(0.0, 0.0, -3.0))
 scene = dataclasses.replace(scene, bodies=[falling], friction=tc.Coulomb(0.2) if sys.argv[2] == "friction" else None)
-(domain,) = tc.CentralDifference().states(scene, plan(scene), [falling.initial_displacement], [falling.initial_velocity])
+start = [falling.initial_displacement], [falling.initial_velocity]
+(domain,) = tc.CentralDifference().states(scene, plan(scene), *start)
 dt = 0.4 * 0.1 / int(sys.argv[1]) / np.sqrt(13.5e6 / 1000.0)
 domain.begin_contact(dt)
 for row in range(8):

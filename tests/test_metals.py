@@ -13,6 +13,7 @@ import tcontact as tc
 from tcontact.device import arrays
 from tcontact.planning.packing import WIDTH
 from tcontact.results.files.vtkhdf import ResultData
+from tcontact.results.report import run_attributes
 from tcontact.show.notebook import EndState
 
 COPPER = tc.ElastoPlastic(117e9, 0.35, 8930.0, tc.LinearHardening(400e6, 100e6), specific_heat=385.0)
@@ -45,6 +46,7 @@ def test_the_energy_balance_closes_with_the_plastic_work(run):
     assert history["energy_error"].max() < 0.05  # eight cells; of second order in the step
     stored = history["kinetic"] + history["elastic"] + history["plastic_work"]
     assert history["energy"] == pytest.approx(stored, rel=1e-12)
+    assert run_attributes(result)["temperature_max"] == history["temperature_max"].max()
 
 
 def test_frames_hold_plastic_strain_temperature_and_the_stress_of_the_state(run):
@@ -117,6 +119,17 @@ def test_full_integration_is_accepted_with_a_named_warning():
         tc.simulate(hit("full", duration=1e-8))
 
 
+def test_the_remedy_against_locking_is_one_that_the_metal_has():
+    """The pressure of heated cells is not averaged at nodes: tetrahedra of such a metal are integrated fully."""
+    mesh = block("tet4", 2, size=(2e-3, 2e-3, 2e-3))
+    heated = replace(COPPER, pressure=tc.MieGrueneisen(1.49, 1.99))
+    scene = tc.Scene([tc.Body(mesh, heated)], [], 1e-9, contact=None)
+    assert scene.bodies[0].formulation == "full"
+    with pytest.warns(tc.LockingWarning, match="use hexahedra .* or a pressure without heat, such as 'bulk'"):
+        tc.simulate(scene, HALF)
+    assert tc.Body(mesh, replace(COPPER, pressure="bulk")).formulation == "node-averaged"
+
+
 def test_implicit_schemes_refuse_it_by_name():
     with pytest.raises(tc.InputError, match="j2_linear"):
         tc.simulate(hit(), tc.Midpoint(dt=1e-8))
@@ -131,17 +144,22 @@ def test_a_scene_without_metals_has_no_byte_and_no_column_of_them():
     assert "memory" not in [name for name, part in state.internal_force.bundle()._asdict().items() if part is not None]
 
 
-@pytest.mark.parametrize("formulation", ["mean-dilatation", "reduced"])
-def test_a_run_goes_on_from_another_with_its_plastic_state(formulation):
-    """At the seam nothing flows: the state, the energy and the stable step are those of the end of the first run."""
-    first = tc.simulate(hit(formulation, duration=2e-7), HALF)
-    second = tc.simulate(hit(formulation, duration=2e-7), HALF, initial=first)
+@pytest.mark.parametrize(
+    ("formulation", "material"),
+    [("mean-dilatation", COPPER), ("reduced", COPPER), ("mean-dilatation", tc.metal("copper-ofhc"))],
+    ids=["mean-dilatation", "reduced", "johnson-cook"],
+)
+def test_a_run_goes_on_from_another_with_its_plastic_state(formulation, material):
+    """At the seam nothing flows: the state, the energy and the stable step are those of the end of the first run. With
+    a strength that grows with the rate, the rate at the end of the first run is not lost there."""
+    first = tc.simulate(hit(formulation, material, duration=2e-7), HALF)
+    second = tc.simulate(hit(formulation, material, duration=2e-7), HALF, initial=first)
     for name in ("elastic", "kinetic", "plastic_strain_max", "temperature_max"):
         assert second.history[name][0] == pytest.approx(first.history[name][-1], rel=1e-9), name
     assert second.history["plastic_work"][0] < 1e-9 * first.history["plastic_work"][-1]
     assert second.history["plastic_work"][-1] > 0.0
     assert second.dt == pytest.approx(first.dt, rel=0.2)
-    for other in (hit("full", duration=1e-8), hit(formulation, replace(COPPER, initial_temperature=400.0))):
+    for other in (hit("full", duration=1e-8), hit(formulation, replace(material, initial_temperature=400.0))):
         with pytest.raises(tc.InputError, match="same materials and formulations"):
             tc.simulate(other, initial=first)
 

@@ -33,6 +33,7 @@ COLDEST = 1e-12  # smallest T*
 SMALLEST_STRAIN = 1e-8  # plastic strain in the power of johnson_cook, at least
 NEWTON_GUINAN, NEWTON_COOK = 2, 4
 SMALLEST = 0.3  # limit of 3 mu/G3 from below
+UNREACHED = 1e30  # strength [Pa] where nothing flows
 LONGEST = 3.0  # largest change of ln dep in an iteration
 
 
@@ -140,12 +141,16 @@ def cook_start(ep, temperature, pressure, parameters):
     softening = 1.0 - power(relative, parameters[FIRST + 5])
     strain = ti.max(ep, zero + SMALLEST_STRAIN)
     grown = parameters[FIRST + 1] * power(strain, parameters[FIRST + 2])
-    return [softening * (parameters[FIRST] + grown), softening]
+    strength = softening * (parameters[FIRST] + grown)
+    return [ti.select(zero + parameters[-1] < 0.0, zero + UNREACHED, strength), softening]
 
 
 @ti.func
 def cook_flow(begin, f, bent, ep, parameters):
-    """As `YieldStress` says; the step [s] is the last of the parameters, 0 where there is none: then without rates."""
+    """As `YieldStress` says; the step [s] is the last of the parameters, 0 where there is none: then without rates.
+
+    Below 0 nothing flows: the rate of a state that another run left is not known, its stress is (lanes.RESTING).
+    """
     zero = 0.0 * ep
     initial, factor, exponent = parameters[FIRST], parameters[FIRST + 1], parameters[FIRST + 2]
     by_rate, step = parameters[FIRST + 3], parameters[-1]

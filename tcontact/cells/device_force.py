@@ -87,7 +87,7 @@ class DeviceForce(InternalForce):
     ) -> None:
         """Launch a step as `InternalForce.advance`; row: the number of its row in the block, up to DEVICE_ROWS."""
         gravity = self.gravity if loaded else np.zeros(3)
-        numbers = [float(number) for number in (before, kick_before, kick_after, drift, *gravity)]
+        numbers = [float(number) for number in (before or self.resting, kick_before, kick_after, drift, *gravity)]
         commit = int(loaded and self.memory is not None)
         self.kernel(row, commit, *numbers, *self.device_arguments(u, v))
 

@@ -76,6 +76,7 @@ class InternalForce:
         self.strengths = [at + law.strength for at, law in zip(self.material_at, laws, strict=True) if law is not None]
         heated = self.viscous and self.plastic  # metals, whose viscosity acts in contact cells and heats the points
         self.timed = heated or any(LAWS[law].rates for _, law in domain.kinds)
+        self.resting = 0.0  # the step [s] of a pass that no step ends at
         self.bulk_viscosity = None
         if heated and self.corner_rows is not None:
             self.bulk_viscosity = arrays.zeros(1 + 3 * massless_count(domain) + packs.lanes - packs.first_contact_lane)
@@ -127,12 +128,18 @@ class InternalForce:
         """Return the argument that commits the new state of the points; empty without laws that have state."""
         return () if self.memory is None else (int(commits),)
 
+    def rest(self) -> None:
+        """Take the state of the points for that of their strain: passes before the first step leave it as it is."""
+        if self.timed:
+            self.resting = lanes.RESTING
+            arrays.set_values(self.parameters, np.array([self.resting]), lanes.STEP)
+
     def set_steps(
         self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True, before: float = 0.0
     ) -> None:
         """Set the parameters of the next pass; before [s]: the step that ends at u, for metals that need it."""
         if self.timed:
-            arrays.set_values(self.parameters, np.array([before]), lanes.STEP)
+            arrays.set_values(self.parameters, np.array([before or self.resting]), lanes.STEP)
         gravity = self.gravity if loaded else np.zeros(3)
         numbers = np.array([kick_before, kick_after, drift, *gravity])
         arrays.set_values(self.parameters, numbers[:3] if self.pulled and loaded else numbers)

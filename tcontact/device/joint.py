@@ -14,7 +14,6 @@ import numpy as np
 from . import runtime
 from .launch import Prepared
 
-
 ALIGNED = 32  # numbers; parts begin at multiples of it, as threads beside each other read best
 
 

@@ -45,6 +45,8 @@ def versions() -> dict[str, str]:
 def run_attributes(result: Result) -> dict[str, Any]:
     """Return a run as plain data for JSON: scalars, largest energy error, last row of the history, versions.
 
+    "temperature_max" [K] of metals is the highest of the whole run.
+
     "smoothness" holds the numbers of `tcontact.results.smoothness`; it is empty if nothing touched.
     """
     data: dict[str, Any] = {name: getattr(result, name) for name in SCALARS}
@@ -53,6 +55,8 @@ def run_attributes(result: Result) -> dict[str, Any]:
         data["contact_force_max"] = float(np.linalg.norm(acting_force(result.history), axis=1).max())
     if "hourglass" in result.history:
         data["hourglass_share_max"] = hourglass_share(result.history)
+    if "temperature_max" in result.history:
+        data["temperature_max"] = float(np.max(result.history["temperature_max"]))
     data["memory_bytes"] = dict(result.memory)
     data["terms"] = list(result.terms)
     data["warnings"] = list(result.warnings)
@@ -182,7 +186,8 @@ def lines(data: Mapping[str, Any]) -> list[str]:
     if "plastic_work" in last:
         rows["metal"] = f"plastic work {si(_number(last['plastic_work']), 'J')}"
         rows["metal"] += f", plastic strain at most {_number(last['plastic_strain_max']):.3g}"
-        rows["metal"] += f", temperature at most {_number(last['temperature_max']):.4g} K"
+        hottest = data.get("temperature_max", last["temperature_max"])  # older files have that of the last row alone
+        rows["metal"] += f", temperature at most {_number(hottest):.4g} K"
     smooth = data.get("smoothness")
     if smooth:
         rows["contact"] = f"force variation {_number(smooth['force_variation']):.3g}"

@@ -47,7 +47,8 @@ class Body:
     `StVenantKirchhoff`); hexahedra with "mean-dilatation": one volume change per cell, for the same, or "reduced": one
     point, the mean gradient, and a stiffness against hourglassing; in a mesh of several kinds those that have one of
     the latter two take it, the others are integrated fully; None: what suits the material, "mean-dilatation" for
-    hexahedra of a metal, "node-averaged" for a mesh of tetrahedra of a metal or above poisson 0.4, else "full";
+    hexahedra of a metal, "node-averaged" for a mesh of tetrahedra of a metal or above poisson 0.4 (not with
+    `MieGrueneisen`), else "full";
     displacement [m]: start of the nodes relative to the mesh, which is unstrained, given like velocity (None = 0);
     supported components are held or driven from there, and massless contact nodes are brought to equilibrium before
     the first row, so that the strain energy of their cells may be less than that of the field given;

@@ -101,6 +101,8 @@ class BodyView(ChosenNodes):
     def start_points(self, states: tuple[np.ndarray, ...]) -> None:
         """Start from the state of the points that `points` returned."""
         PointState(self.state.domain, self.state.internal_force).put_blocks_of_body(self._number, states)
+        if states:
+            self.state.internal_force.rest()
 
     def latest(self) -> np.ndarray:
         """Return the present displacement [n, 3] [m], internal numbering: after a step that at its end."""

@@ -107,7 +107,7 @@ class DeviceTermSteps(DeviceSteps):
     def _launch_step(self, offer: int, kicks: tuple[float, float, float], steps: tuple[float, float]) -> None:
         """Offer a step; arguments as of `advance`."""
         commit = int(self.force.memory is not None)
-        numbers = [float(number) for number in (steps[0], *kicks, *self.force.gravity, steps[1])]
+        numbers = [float(number) for number in (steps[0] or self.force.resting, *kicks, *self.force.gravity, steps[1])]
         self._steps[0](offer, commit, *numbers, *self._parts[0])
         if self.layers is not None:
             self.layers.advance(0.5 * (steps[0] + steps[1]))
