@@ -84,9 +84,10 @@ def ball():
 
 
 def forged():
-    """A metal that flows and slides at a plane, with viscous contact cells."""
+    """A metal that flows and slides at a plane, with viscous contact cells; its strength grows much with the rate."""
     options = {"formulation": "mean-dilatation", "removal": "normal", "friction": tc.Coulomb(0.1)}
-    return thrown(block(cells=3, shake=0.1), METAL, 60.0, duration=3e-4, **options)
+    metal = dataclasses.replace(METAL, hardening=tc.JohnsonCook(2e8, 1e9, 0.7, rate_factor=0.2))
+    return thrown(block(cells=3, shake=0.1), metal, 60.0, duration=3e-4, **options)
 
 
 def corner():
@@ -271,7 +272,7 @@ PAIRED = (paired, stacked, touched, padded)
 # scenes that combine what others have term by term: with --slow alone, since each has kernels of its own
 SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 COMBINED = () if SLOW else (
-    linear, corner, forged, sagged, fast, rubbed, crept, struck, spun, carried, fused, branded, stacked, touched, padded
+    linear, corner, sagged, fast, rubbed, crept, struck, spun, carried, fused, branded, stacked, touched, padded
 )  # fmt: skip
 RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION + LAYERED if scene not in COMBINED)
 SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION + LAYERED + PAIRED if scene not in COMBINED}

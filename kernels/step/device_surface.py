@@ -11,10 +11,11 @@ from ..cells.device_cells import make_device_cell
 from ..contact.cell_viscosity import RATE
 from ..contact.device_viscosity import make_device_viscosity
 from ..engine import ti
-from ..lanes import DEVICE_BLOCK, END_LANE, FIRST_LANE, PART, PART_CELLS
+from ..lanes import DEVICE_BLOCK, END_LANE, FIRST_LANE, PART, PART_CELLS, STEP
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
 from ..language.threads import turns_of
+from ..materials import LAWS
 
 
 def make_surface_cells(
@@ -27,6 +28,7 @@ def make_surface_cells(
     """
     forces = [make_device_cell(*kinds[i]) for i in measured] if elastic else []
     viscosities = [make_device_viscosity(*kinds[i], i, len(kinds)) for i in measured] if viscous else []
+    rates = [LAWS[kinds[i][1]].rates for i in measured]
     head = len(kinds) + 1
 
     @ti.func
@@ -44,7 +46,10 @@ def make_surface_cells(
             cell = lane - surface.parts[at + FIRST_LANE]
             if cell < surface.parts[at + PART_CELLS]:
                 if ti.static(elastic):
-                    forces[n](body, surface, at, cell, 0.0, 0)
+                    step = 0.0
+                    if ti.static(rates[n]):
+                        step = body.params[STEP]
+                    forces[n](body, surface, at, cell, step, 0)
                 if ti.static(viscous):
                     viscosities[n](body, lists, viscous_cells, rate, at, lane, cell)
 

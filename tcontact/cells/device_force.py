@@ -9,6 +9,7 @@ import numpy as np
 
 from ..device import arrays
 from ..device.launch import Prepared
+from ..kernels import lanes
 from ..kernels.columns import NODE_SUMS, cell_groups, group_size
 from ..planning.device_lists import corner_places, device_threads, parts_of
 from ..planning.domain import Domain
@@ -46,6 +47,7 @@ class DeviceForce(InternalForce):
         self.kernel = Prepared(self.step)
         self._ledger = Prepared(make_ledger(signature_of({"lists": self.lists}), self.plastic, self.threads))
         self._of_lists = arguments({"lists": self.lists})
+        self._solved_step = 0.0
 
     def kernel_for(self, kinds: tuple[tuple[str, str], ...], **options: Any) -> Callable[..., None]:
         """Return the step kernel for kinds of cells (element, law) that stand in these arrays."""
@@ -90,6 +92,12 @@ class DeviceForce(InternalForce):
         numbers = [float(number) for number in (before or self.resting, kick_before, kick_after, drift, *gravity)]
         commit = int(loaded and self.memory is not None)
         self.kernel(row, commit, *numbers, *self.device_arguments(u, v))
+
+    def set_solved_step(self, step: float) -> None:
+        """Set the step [s] at whose end the static solve finds the forces of metals that need it."""
+        if self.timed and step != self._solved_step:
+            self._solved_step = step
+            arrays.set_values(self.parameters, np.array([step]), lanes.STEP)
 
     def device_arguments(self, u: arrays.Array, v: arrays.Array) -> tuple[arrays.Array, ...]:
         """Return the arrays of the kernel."""

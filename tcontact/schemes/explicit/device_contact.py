@@ -242,6 +242,8 @@ class DeviceContactSteps(DeviceTermSteps):
     def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
         """Take up to `rows` steps, fewer where a static solve does not converge; return their raw rows."""
         self._begin_pairs()
+        if steps[1] > 0.0:
+            self.force.set_solved_step(steps[1])
         names, offer, taken = self.names, 0, 0
         while taken < rows:  # again where solves needed more than was offered, which is known then
             for _ in range(rows - taken):
