@@ -37,7 +37,9 @@ MAXIMUM_SLOTS = 3  # obstacles that can be in contact with one node at a time
 # corner mass of a cell; in mixed precision the length unit of its cells [m] follows (mixed_cells.py)
 KICK_BEFORE, KICK_AFTER, DRIFT, GRAVITY, DAMPING = 0, 1, 2, 3, 6
 FREE, MASSLESS, CHUNK_COUNT, STEP, MATERIALS = 10, 11, 12, 13, 14
-RESTING = -1e-30  # STEP [s] of a pass at the state of points with which a run starts: they do not flow
+# STEP [s] of a pass at the state of points with which a run starts: too short to flow in at any rate; below 0, as
+# nothing has moved in it
+RESTING = -1e-30
 # places of the bulk viscosity and of Lame's constants, from the parameters of the law on
 VISCOSITY, LAME = -6, -2
 # numbers of an island (islands.py): its first contact node, pack, node without rows and contact block

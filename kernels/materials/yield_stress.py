@@ -33,7 +33,6 @@ COLDEST = 1e-12  # smallest T*
 SMALLEST_STRAIN = 1e-8  # plastic strain in the power of johnson_cook, at least
 NEWTON_GUINAN, NEWTON_COOK = 2, 4
 SMALLEST = 0.3  # limit of 3 mu/G3 from below
-UNREACHED = 1e30  # strength [Pa] where nothing flows
 LONGEST = 3.0  # largest change of ln dep in an iteration
 
 
@@ -141,15 +140,14 @@ def cook_start(ep, temperature, pressure, parameters):
     softening = 1.0 - power(relative, parameters[FIRST + 5])
     strain = ti.max(ep, zero + SMALLEST_STRAIN)
     grown = parameters[FIRST + 1] * power(strain, parameters[FIRST + 2])
-    strength = softening * (parameters[FIRST] + grown)
-    return [ti.select(zero + parameters[-1] < 0.0, zero + UNREACHED, strength), softening]
+    return [softening * (parameters[FIRST] + grown), softening]
 
 
 @ti.func
 def cook_flow(begin, f, bent, ep, parameters):
     """As `YieldStress` says; the step [s] is the last of the parameters, 0 where there is none: then without rates.
 
-    Below 0 nothing flows: the rate of a state that another run left is not known, its stress is (lanes.RESTING).
+    Where a run begins with a state that has flowed the step is too short to flow in (lanes.RESTING, below 0).
     """
     zero = 0.0 * ep
     initial, factor, exponent = parameters[FIRST], parameters[FIRST + 1], parameters[FIRST + 2]
@@ -158,7 +156,7 @@ def cook_flow(begin, f, bent, ep, parameters):
     tiny = ti.static(by_precision(TINY, TINY_SINGLE))
     safe = ti.max(f, zero + tiny)
     # ln of the increment at which the rate is rate0
-    slow = ti.select(step > 0.0, logarithm(ti.max(step * parameters[FIRST + 4], tiny)), 600.0)
+    slow = ti.select(step != 0.0, logarithm(ti.max(ti.abs(step) * parameters[FIRST + 4], tiny)), 600.0)
     modulus = flow_modulus(begin[0], bent)
     alpha = ti.max(by_rate * begin[0], 1e-12 * begin[0] + tiny)
     ratio = logarithm(alpha / modulus)
