@@ -10,7 +10,7 @@ import pytest
 import taichi as ti
 
 from tcontact.device import arrays, leaves, runtime
-from tcontact.device.joint import Joint
+from tcontact.device.joint import MOST, Joint
 from tcontact.device.launch import Prepared
 from tcontact.kernels.language.arguments import Array, Index
 from tcontact.kernels.language.joint_arrays import REALS, WHOLES
@@ -142,15 +142,19 @@ def test_copies_stay_on_the_device():
 
 
 def test_a_joint_that_is_made_takes_no_more():
-    """An array that comes later stands alone; the walk of a checkpoint finds every part once, and no joint."""
+    """An array that comes later, or that is too large, stands alone; a checkpoint finds every part once, and no joint."""
 
     class Term:
         pass
 
     Term.__module__ = "tcontact.of_a_test"
     term, joint = Term(), Joint()
+    assert joint.takes(np.int32, MOST)
+    assert not joint.takes(np.int32, MOST + 1)
     term.nodes, term.launch = made(joint)[:4], arguments({"nodes": made(joint)})
+    assert not joint.takes(np.int32, MOST)
     joint.fill()
+    assert not joint.takes(np.int32, 1)
     with arrays.standing_in(joint):
         assert isinstance(arrays.put(MASS), np.ndarray)
     found = list(leaves.leaves(term))

@@ -31,7 +31,7 @@ def standing_in(joint: Joint | None) -> Iterator[None]:
 def _part(dtype: type, count: int, values: np.ndarray | None = None) -> Part | None:
     """Return a new part of the present joint, if there is one that still takes any."""
     joint = _joint.get()
-    return None if joint is None or joint.full else joint.part(dtype, count, values)
+    return joint.part(dtype, count, values) if joint is not None and joint.takes(dtype, count) else None
 
 
 def put(values: np.ndarray) -> Array:

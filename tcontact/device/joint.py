@@ -15,22 +15,29 @@ from . import runtime
 from .launch import Prepared
 
 ALIGNED = 32  # numbers; parts begin at multiples of it, as threads beside each other read best
+MOST = 2**30  # numbers of a type; places are int32
 
 
 class Joint:
     """Parts that stand in one array of float64 and one of int32, made when one of them is first needed on the device.
 
     The array of int32 begins with place and size of every part, in the order in which they were made. Parts are made
-    until then; where `full`, others have to stand alone.
+    until then; where `full`, and beyond MOST numbers, others have to stand alone.
     """
 
     def __init__(self) -> None:
         self.parts: list[Part] = []
+        self._sizes: dict[type, int] = {np.float64: 0, np.int32: 0}
         self.reals, self.wholes = Whole(self, np.float64), Whole(self, np.int32)
         self.full = False
 
+    def takes(self, dtype: type, size: int) -> bool:
+        """Return whether there may be another part of so many numbers."""
+        return not self.full and self._sizes[dtype] + size <= MOST
+
     def part(self, dtype: type, size: int, values: np.ndarray | None = None) -> Part:
         """Return a new part with these values, or with zeros."""
+        self._sizes[dtype] += size
         found = Part(self, len(self.parts), dtype, size)
         found.waiting = values
         self.parts.append(found)
@@ -40,8 +47,10 @@ class Joint:
         """Make the two arrays and send the values that wait."""
         if self.full:
             return
+        from ..kernels.language.joint_arrays import HEAD
+
         self.full = True
-        ends: dict[type, int] = {np.float64: 0, np.int32: 2 * len(self.parts)}
+        ends: dict[type, int] = {np.float64: 0, np.int32: HEAD * len(self.parts)}
         for part in self.parts:
             part.first = -(-ends[part.type] // ALIGNED) * ALIGNED
             ends[part.type] = part.first + part.size
