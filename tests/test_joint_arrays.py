@@ -142,7 +142,7 @@ def test_copies_stay_on_the_device():
 
 
 def test_a_joint_that_is_made_takes_no_more():
-    """An array that comes later, or that is too large, stands alone; a checkpoint finds every part once, and no joint."""
+    """An array that comes later or is too large stands alone; a checkpoint finds every part once, and no joint."""
 
     class Term:
         pass
