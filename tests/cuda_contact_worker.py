@@ -94,6 +94,21 @@ def resumed() -> np.ndarray:
     return np.array(found)
 
 
+def gone_on(name: str) -> dict[str, np.ndarray]:
+    """Return the elastic energy [J] and plastic work [J] at the end of a run and in the first row of one that goes on.
+
+    plastic: of the end of the first run, then of the first row of the second one; elastic: the same.
+    """
+    scene, scheme = cuda_contact_scenes.SCENES[name]()
+    first = tc.simulate(scene, scheme, arch="cuda", progress=False)
+    second = tc.simulate(scene, scheme, arch="cuda", progress=False, initial=first)
+    names = {"elastic": "elastic", "plastic": "plastic_work"}
+    return {
+        f"gone-on/{key}": np.array([first.history[column][-1], second.history[column][0]])
+        for key, column in names.items()
+    }
+
+
 def by_several_blocks(name: str) -> dict[str, np.ndarray]:
     """Return a run whose few nodes several blocks of threads take, and how many sweeps were launched one by one.
 
@@ -125,6 +140,7 @@ def main(out: str) -> None:
         found |= calls_of_a_block(name)
     for name in cuda_contact_scenes.SHARED:
         found |= {f"shared-{name}/{key}": value for key, value in by_several_blocks(name).items()}
+    found |= gone_on("forged")
     found |= {f"short/{key}": value for key, value in short_of_passes().items()}
     if cuda_contact_scenes.SLOW:
         found["resumed"] = resumed()

@@ -20,7 +20,7 @@ REASON = cuda_device.missing()
 pytestmark = [pytest.mark.cuda, pytest.mark.skipif(bool(REASON), reason=REASON)]
 WORKER = Path(__file__).resolve().parent / "cuda_contact_worker.py"
 REGISTERS, SPILLS = 255, 64  # of a thread; bytes, stores and loads each
-STACK = 1408  # bytes of a thread: most where nodes with several walls are solved, else the corners of a cell
+STACK = 1280  # bytes of a thread: most where nodes with several walls are solved, else the corners of a cell
 REASONS = {"crushed": "inverted-cell", "sagged": "not-converged"}
 ABOVE = {"device_layers": 400}  # spills [B]: a layer with two sides keeps the constants of two metals
 CLOSE = 1e-11
@@ -133,6 +133,16 @@ def test_runs_with_layers_go_on_from_checkpoints(found):
     assert found["resumed"].all()
 
 
+def test_a_metal_that_goes_on_from_another_run_does_not_flow_in_its_first_row(found):
+    """The rate at which it flowed last is not known there, and its strength without it would be smaller. Its viscous
+    contact cells have no force there, which moves the massless nodes a little."""
+    before, here = found["gone-on/elastic"]
+    assert here == pytest.approx(before, rel=1e-4)
+    before, here = found["gone-on/plastic"]
+    assert before > 0.0
+    assert here < 1e-9 * before
+
+
 def test_threads_in_reversed_order_give_the_same_bits(found):
     """Those that wait for each other are not reversed: test_cuda_races.py watches them."""
     if cuda_device.real():
@@ -163,18 +173,20 @@ def test_a_block_of_rows_launches_three_times_a_step_and_twice_a_pass(found, nam
     assert sum("copy_" in name for name in names) == len(names) - steps - passes - layers < DEVICE_ROWS
 
 
-@pytest.mark.parametrize("name", cuda_contact_scenes.COUNTED)
+@pytest.mark.parametrize("name", [name for name in cuda_contact_scenes.COUNTED if name != "repelled"])
 def test_launches_name_few_arrays(found, name):
-    """The host takes microseconds for each; those of boundary nodes, contact and the static solve stand in two."""
-    named = found[f"{name}/named"]
-    assert (named <= 18).all()
-    assert name == "repelled" or named[-1] <= 10  # a pass; a penalty takes none
+    """The host takes microseconds for each; those of boundary nodes, contact and the static solve stand in two. Without
+    a static solve, as with a penalty, they stand alone."""
+    step, start, one = found[f"{name}/named"]
+    assert max(step, start) <= 18
+    assert one <= 10  # a pass
 
 
 @pytest.mark.parametrize("name", cuda_contact_scenes.SHARED)
 def test_sweeps_name_still_fewer(found, name):
-    named = found[f"shared-{name}/named"]
-    assert not len(named) or (named[0] <= (2, 3)).all()
+    """A launch of sweeps names the two joint arrays alone, the end of a pass the displacements too."""
+    (named,) = found[f"shared-{name}/named"]
+    assert (named == (2, 3)).all()
 
 
 @pytest.mark.parametrize("name", cuda_contact_scenes.SCENES)

@@ -106,9 +106,10 @@ def test_parts_of_two_joints_are_refused():
 
 @pytest.mark.parametrize("full", [False, True], ids=["before", "after"])
 def test_the_host_reads_and_writes_parts(full):
-    """Before the joint is made, and afterwards."""
-    joint = Joint()
-    nodes = made(joint)
+    """The host has the same values before the arrays are made on the device and afterwards."""
+    joint, given = Joint(), PLACES.copy()
+    nodes = made(joint)._replace(places=joint.part(np.int32, 3, given))
+    given[:] = 7
     if full:
         joint.fill()
     arrays.set_values(nodes.mass, np.array([8.0, 9.0]), 1)
@@ -127,7 +128,7 @@ def test_the_host_reads_and_writes_parts(full):
 
 
 def test_copies_stay_on_the_device():
-    """Of parts to parts, and to and from arrays alone."""
+    """Parts are copied to parts of the same joint or of another one, and `alone` gives a copy that stands in none."""
     joint, other = Joint(), Joint()
     other.part(np.float64, 5)
     nodes, kept = made(joint), made(other, shift=1.0)

@@ -1,6 +1,7 @@
 """Arrays of a kernel that stand in two large ones (tcontact/device/joint.py); indexed like arrays of their own.
 
-The array of whole numbers begins with the place and the size of every part.
+The array of whole numbers begins with the place and the size of every part. Those of joint_lists.py are lists of whole
+numbers alone, which kernels only read, on CPUs too.
 """
 
 from typing import Any, NamedTuple

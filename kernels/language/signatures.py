@@ -61,10 +61,9 @@ def signature_of(bundles: dict[str, Any]) -> Signature:
         name: tuple(field for field in bundle._fields if getattr(bundle, field) is not None)
         for name, bundle in bundles.items()
     }
-    joint = {text: Place(array.number, array.type is np.int32) for text, array in labelled(bundles) if part(array)}
-    return Signature(
-        tuple((name, type(bundle), present[name]) for name, bundle in bundles.items()), tuple(joint.items())
-    )
+    kinds = tuple((name, type(bundle), present[name]) for name, bundle in bundles.items())
+    places = {text: place_of(array) for text, array in labelled(bundles)}
+    return Signature(kinds, tuple((text, place) for text, place in places.items() if place is not None))
 
 
 def labelled(bundles: dict[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -75,9 +74,9 @@ def labelled(bundles: dict[str, Any]) -> Iterator[tuple[str, Any]]:
                 yield label(name, type(bundle), field), getattr(bundle, field)
 
 
-def part(array: Any) -> bool:
-    """Return whether an array of the host stands in a joint one."""
-    return hasattr(array, "joint")
+def place_of(array: Any) -> Place | None:
+    """Return where an array of the host stands in the joint ones; None for an array that stands alone."""
+    return Place(array.number, array.type is np.int32) if hasattr(array, "joint") else None
 
 
 def arguments(bundles: dict[str, Any]) -> tuple[Any, ...]:
@@ -87,10 +86,11 @@ def arguments(bundles: dict[str, Any]) -> tuple[Any, ...]:
     """
     found: dict[str, Any] = {}
     for text, array in labelled(bundles):
-        if not part(array):
+        place = place_of(array)
+        if place is None:
             found.setdefault(text, array)
             continue
-        for need in Place(array.number, array.type is np.int32).needs:
+        for need in place.needs:
             whole = array.joint.wholes if need == WHOLES else array.joint.reals
             if found.setdefault(need, whole) is not whole:
                 raise TypeError(f"{text} stands in another joint array than the arguments before it")

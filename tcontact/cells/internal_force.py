@@ -129,7 +129,7 @@ class InternalForce:
         return () if self.memory is None else (int(commits),)
 
     def rest(self) -> None:
-        """Take the state of the points for that of their strain: passes before the first step leave it as it is."""
+        """Let the passes before the first step leave the state of the points as it is: it fits their present strain."""
         if self.timed:
             self.resting = lanes.RESTING
             arrays.set_values(self.parameters, np.array([self.resting]), lanes.STEP)

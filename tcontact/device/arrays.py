@@ -44,7 +44,7 @@ def put(values: np.ndarray) -> Array:
         array = aligned(flat.size, dtype)
         array[:] = flat
         return array
-    part = _part(dtype, flat.size, np.array(flat, dtype=dtype))
+    part = _part(dtype, flat.size, flat)
     if part is not None:
         return part
     ti = runtime.load()
@@ -109,10 +109,12 @@ def set_values(array: Array, values: np.ndarray, first: int = 0) -> None:
         array[first : first + flat.size] = flat
     elif isinstance(array, Part):
         array.write(flat, first)
-    elif flat.size == int(np.prod(array.shape)):
-        array.from_numpy(flat)
     else:
-        write(array, _type(array), first, flat.astype(_type(array)))
+        flat = flat.astype(_type(array), copy=False)
+        if flat.size == int(np.prod(array.shape)):
+            array.from_numpy(flat)
+        else:
+            write(array, _type(array), first, flat)
 
 
 def _type(array: Array) -> type:

@@ -36,10 +36,10 @@ class Joint:
         return not self.full and self._sizes[dtype] + size <= MOST
 
     def part(self, dtype: type, size: int, values: np.ndarray | None = None) -> Part:
-        """Return a new part with these values, or with zeros."""
+        """Return a new part with a copy of these values, or with zeros."""
         self._sizes[dtype] += size
         found = Part(self, len(self.parts), dtype, size)
-        found.waiting = values
+        found.waiting = None if values is None else np.array(values, dtype=dtype)
         self.parts.append(found)
         return found
 

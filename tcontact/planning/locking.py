@@ -24,10 +24,10 @@ def _locking(block: BodyBlock, label: str, alone: bool) -> str | None:
     poisson, material = block.material.poisson, block.material
     if material.plastic and block.formulation == "full":
         label = label if block.region is None else f"{block.region!r} of {label}"
-        remedy = f"leave the formulation out, which makes it {AVERAGED!r}"
-        if AVERAGED not in block.facts.formulations or not alone or not material.barotropic:
-            remedy = "use hexahedra with formulation='mean-dilatation' or 'reduced'"
-        if AVERAGED in block.facts.formulations and alone and not material.barotropic:
+        remedy = "use hexahedra with formulation='mean-dilatation' or 'reduced'"
+        if AVERAGED in block.facts.formulations and alone and material.barotropic:
+            remedy = f"leave the formulation out, which makes it {AVERAGED!r}"
+        elif AVERAGED in block.facts.formulations and alone:
             remedy += f", or a pressure without heat, such as 'bulk', for which {AVERAGED!r} is the default"
         return (
             f"plastic-locking: {label} is a metal, and {block.facts.plural} with full integration lock in plastic flow"

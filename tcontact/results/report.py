@@ -45,9 +45,8 @@ def versions() -> dict[str, str]:
 def run_attributes(result: Result) -> dict[str, Any]:
     """Return a run as plain data for JSON: scalars, largest energy error, last row of the history, versions.
 
-    "temperature_max" [K] of metals is the highest of the whole run.
-
-    "smoothness" holds the numbers of `tcontact.results.smoothness`; it is empty if nothing touched.
+    "smoothness" holds the numbers of `tcontact.results.smoothness`; it is empty if nothing touched. "temperature_max"
+    [K] of metals is the highest of the whole run.
     """
     data: dict[str, Any] = {name: getattr(result, name) for name in SCALARS}
     data["energy_error_max"] = float(np.abs(result.history["energy_error"]).max())

@@ -26,6 +26,7 @@ from ...planning.applied_loads import pack_loads
 from ...planning.domain import Domain
 from ...planning.measured import Layout, RawRows, raw_groups
 from ...planning.rigid import names_of
+from ...scene.contact_models import MasslessContact
 from ...scene.scene import Scene
 from ..sensors import Sensors, sensed
 from .body_view import BodyView
@@ -73,7 +74,9 @@ class DomainState:
         self.start_velocity = self._started(velocity)
         on_device = steps_on_device(scene, domain)
         self.internal_force: InternalForce = DeviceForce(domain) if on_device else InternalForce(domain)
-        joint = Joint() if on_device else None
+        # a static solve has many launches; without one arrays stand alone, whose kernels keep less in local memory
+        solves = domain.contact is not None and isinstance(scene.contact, MasslessContact)
+        joint = Joint() if on_device and solves else None
         with arrays.standing_in(joint):
             self._make_terms(displacement)
         self.sensors: Sensors | None = None
