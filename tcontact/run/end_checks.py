@@ -92,7 +92,7 @@ def energy_warning(
 
 def _remedies(scene: Scene, scheme: Any, dt: float, change: float) -> list[str]:
     if scheme.implicit:
-        return _implicit(scheme, dt)
+        return _implicit(scene, scheme, dt, change)
     if scene.touching and isinstance(scene.contact, ImpulseContact) and change < 0.0:
         remedy = "ImpulseContact loses energy in every impact by design, the less the finer the mesh"
         return [f"{remedy}: use MasslessContact, which conserves it"]
@@ -110,9 +110,12 @@ def _remedies(scene: Scene, scheme: Any, dt: float, change: float) -> list[str]:
     return found
 
 
-def _implicit(scheme: Any, dt: float) -> list[str]:
+def _implicit(scene: Scene, scheme: Any, dt: float, change: float) -> list[str]:
     smaller = f"use a smaller dt, for example {0.5 * dt:.2g} s"
     if "energy" in scheme.conserves:
+        loss = scheme.contact_loss(scene) if change < 0.0 else None
+        if loss is not None:
+            return [f"{loss}: {smaller}, or MasslessContact(penalty=) and reproject=False, which keep it"]
         return [f"{scheme.name} conserves energy only as far as its equations are solved: {smaller}, or a smaller rtol"]
     if scheme.dissipates:
         return [f"{scheme.name} dissipates by design, the less the smaller dt is: {smaller}, or discrete-gradient"]

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..base.errors import FunctionError
 from ..scene.scene import Scene
+from ..schemes import ImplicitScheme, Scheme
 from ..schemes.explicit.body_view import BodyView
-from ..schemes.implicit.solution.state import REMEDY
 from .checkpoint.keeper import Keeper
 from .history import History
 from .worst_cell import worst_cell_of
@@ -30,8 +30,8 @@ class Stop:
 class Guards:
     """Checks for NaN, inverted cells, energy growth and static solves that did not converge."""
 
-    def __init__(self, scene: Scene, states: list[BodyView], implicit: bool = False) -> None:
-        self.scene, self.implicit = scene, implicit
+    def __init__(self, scene: Scene, states: list[BodyView], scheme: Scheme) -> None:
+        self.scene, self.scheme = scene, scheme
         self.states = states
         self.floor = self.rounding()
         self.nonlinear = [not state.plan.body.linear for state in states]
@@ -77,18 +77,19 @@ class Guards:
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"
             if not (finite or over_limit) and history.steps <= AT_ONCE:
                 advice = "look at the units of velocities, loads, gravity and density: no step is small enough"
-            elif self.implicit:
-                advice = REMEDY
+            elif isinstance(self.scheme, ImplicitScheme):
+                advice = self.scheme.remedy
             return Stop("diverged", f"{what} {time}; {where}; {advice}")
         for state in self.states:
             if state.trouble:
-                return Stop("not-converged", f"{state.plan.label}, {time}: {state.trouble}")
+                where = f"; {self.worst(step)[1]} there" if self.scheme.implicit else ""
+                return Stop("not-converged", f"{state.plan.label}, {time}: {state.trouble}{where}")
         return None
 
     def _against_inversion(self) -> str:
         """Return the remedy for crushed cells: in a shock bulk viscosity, as a smaller step does not help."""
         elsewhere = "without a shock, refine the mesh there or lower the speed"
-        if self.implicit:
+        if self.scheme.implicit:
             return f"use a smaller dt; in a shock use scheme='central-difference' with BulkViscosity; {elsewhere}"
         viscosity = self.scene.viscosity
         if viscosity is None:

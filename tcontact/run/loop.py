@@ -127,7 +127,7 @@ class Run:
 
     def watches(self) -> tuple[Guards, Looks]:
         """Make the guards and the looks of the run."""
-        return Guards(self.scene, self.states, self.scheme.implicit), Looks(self)
+        return Guards(self.scene, self.states, self.scheme), Looks(self)
 
     def cut_by(self, signal: str) -> str:
         """Return the name of the signal that stops the run, "" without; signal: what this process has received."""

@@ -116,7 +116,7 @@ class RankRun(Run):
     def watches(self) -> tuple[Guards, Looks]:
         """Make the guards and the looks of the run."""
         lead = self.team.lead
-        return RankGuards(lead, self.scene, self.states, self.scheme.implicit), RankLooks(lead, self)
+        return RankGuards(lead, self.scene, self.states, self.scheme), RankLooks(lead, self)
 
     @property
     def bodies_here(self) -> list[tuple[int, BodyPart, BodyView]]:

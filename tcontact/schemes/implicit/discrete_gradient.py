@@ -14,7 +14,10 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class DiscreteGradient(ImplicitScheme):
-    """The scheme conserves energy and momenta, contact included; second order. Options: `ImplicitScheme`."""
+    """The scheme conserves energy and momenta, also in contact by a penalty; second order. Options: `ImplicitScheme`.
+
+    Exact contact of nodes without mass, and bringing them to equilibrium (`reproject`), take energy when gaps close.
+    """
 
     name: ClassVar[str] = "discrete-gradient"
     conserves: ClassVar[tuple[str, ...]] = ("energy", "linear momentum", "angular momentum")

@@ -27,11 +27,11 @@ from .solution.state import ImplicitState
 class ImplicitScheme(ImplicitRule):
     """An implicit scheme, whose step is not bounded by the stable step; `dt` or `cfl` is required.
 
-    dt [s]: the step; cfl: the step over the stable step of the explicit scheme; rtol: largest residual of Newton's
-    method over the size of the forces; iterations: maximum number with full steps, before a line search and then
-    smaller steps; mass: "lumped", or "consistent" (with redistribution: paper eq. 13); reproject: bring massless
-    contact nodes to equilibrium after every step (None: if the scheme does not balance them at its end); solver:
-    "direct", "krylov" or "auto"; verbose: report every residual (logger "tcontact" at INFO, else
+    dt [s]: the step; cfl: the step over the stable step that the explicit scheme has without a contact penalty; rtol:
+    largest residual of Newton's method over the size of the forces; iterations: maximum number with full steps,
+    before a line search and then smaller steps; mass: "lumped", or "consistent" (with redistribution: paper eq. 13);
+    reproject: bring massless contact nodes to equilibrium after every step (None: if the scheme does not balance them
+    at its end); solver: "direct", "krylov" or "auto"; verbose: report every residual (logger "tcontact" at INFO, else
     printed). Raises `InputError`.
     """
 

@@ -82,8 +82,7 @@ class ImplicitBody:
         self.solver = make_solver(self.solver_kind, self.cells.sparsity)
         self.settings = Settings(scheme.rtol, scheme.iterations, scheme.verbose)
         self.massless = self.contact is not None and self.contact.massless
-        wanted = scheme.reproject if scheme.reproject is not None else not scheme.balances_the_end
-        self.reproject = self.massless and wanted
+        self.reproject = self.massless and scheme.reprojects
         self.statics = self._statics() if self.massless else None
         self.depth, self.good = 0, 0
         # contact force, reaction and loads of the step before, of which v1 - v0 takes a share under some schemes

@@ -14,8 +14,12 @@ def describe(plan: Plan, scheme: ImplicitRule) -> str:
     """Describe the terms, then size, kernels, sparsity and solver of every body."""
     reduced = any(block.formulation == "reduced" for body in plan.bodies for block in body.body.blocks)
     lost = {"angular momentum"} if reduced and scheme.hourglass_level != 0.5 else set()
+    loss = scheme.contact_loss(plan.scene)
+    lost |= {"energy"} if loss else set()
     conserved = ", ".join(one for one in scheme.conserves if one not in lost)
     lines = ["terms: " + ", ".join(plan.terms), f"scheme: {scheme.name}, order {scheme.order}, conserves {conserved}"]
+    if loss and "energy" in scheme.conserves:
+        lines.append(f"  energy: kept but for contact; {loss}, the less the smaller the step is")
     for body in plan.bodies:
         lines += _body(body, scheme)
     return "\n".join(lines)

@@ -61,7 +61,7 @@ class Direct:
 class Krylov:
     """BiCGStab with block-Jacobi preconditioning (van der Vorst, SIAM J. Sci. Stat. Comput. 13, 631, 1992).
 
-    Where it does not converge, at very large steps, `Direct` solves.
+    Where it does not converge or breaks down, at very large steps, `Direct` solves.
     """
 
     def __init__(self, sparsity: Sparsity) -> None:
@@ -91,7 +91,10 @@ class Krylov:
 
     def _iterate(self, blocks: np.ndarray, right: np.ndarray, tolerance: float) -> np.ndarray:
         arrays.set_values(self.blocks, blocks)
-        inverse = np.linalg.inv(blocks[self.sparsity.diagonal])
+        try:
+            inverse = np.linalg.inv(blocks[self.sparsity.diagonal])
+        except np.linalg.LinAlgError as error:
+            raise NoSolution("a diagonal block of the tangent is singular") from error
 
         def scaled(vector: np.ndarray) -> np.ndarray:
             return np.einsum("nij,nj->ni", inverse, vector.reshape(-1, 3)).reshape(-1)
@@ -110,7 +113,10 @@ class Krylov:
             p = r + (rho / before) * (alpha / omega) * (p - omega * v)
             direction = scaled(p)
             v = self._times(direction)
-            alpha = rho / inner(shadow, v)
+            along = inner(shadow, v)
+            if along == 0.0:  # no direction is left where the residual stagnates
+                break
+            alpha = rho / along
             s = r - alpha * v
             turned = scaled(s)
             t = self._times(turned)

@@ -13,6 +13,7 @@ from .linear_solver import Direct, Krylov, NoSolution
 FLOOR = 1e-8  # a residual that stops falling counts as rounding below this share of the forces
 GROWN = 1e8  # over the first residual: diverged
 HALVINGS = 8
+FAILED = NoSolution, np.linalg.LinAlgError  # what an iterate far from the solution can raise; a smaller step may not
 
 
 class NotConverged(ArithmeticError):
@@ -52,10 +53,10 @@ def newton(equations: Equations, start: np.ndarray, solver: Direct | Krylov, set
     with np.errstate(all="ignore"):  # an overflow fails the test of the residual
         try:
             return _iterate(equations, start, solver, settings, False)
-        except (NotConverged, NoSolution):
+        except (NotConverged, *FAILED):
             try:
                 return _iterate(equations, start, solver, settings, True)
-            except NoSolution as error:
+            except FAILED as error:
                 raise NotConverged(str(error)) from error
 
 

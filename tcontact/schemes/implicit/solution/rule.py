@@ -14,6 +14,8 @@ import numpy as np
 
 from ....base import validate
 from ....base.errors import InputError
+from ....scene.contact_models import MasslessContact
+from ....scene.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,27 @@ class ImplicitRule:
     def balances_the_end(self) -> bool:
         """Return whether massless components are in equilibrium at x1 already."""
         return self.stress == "end" and self.level == 1.0 and self.past == 0.0
+
+    @property
+    def reprojects(self) -> bool:
+        """Return whether massless components are brought to equilibrium after every step."""
+        return self.reproject if self.reproject is not None else not self.balances_the_end
+
+    def contact_loss(self, scene: Scene) -> str | None:
+        """Return by what contact takes energy that the scheme would keep, in words; None where it keeps it."""
+        contact = scene.contact
+        if not scene.touching or not isinstance(contact, MasslessContact):
+            return None
+        if contact.penalty is None:
+            return "exact contact of nodes without mass takes energy in every step in which a gap closes"
+        return "bringing nodes without mass to equilibrium after every step takes energy" if self.reprojects else None
+
+    @property
+    def remedy(self) -> str:
+        """What to try where a step has no solution."""
+        if "energy" in self.conserves:
+            return "use a smaller dt; where a load or support crushes the body, lower it or refine the mesh"
+        return "use a smaller dt, or a scheme that conserves energy (gonzalez takes every law)"
 
     def inertia(self, dt: float, v0: np.ndarray, a0: np.ndarray) -> tuple[float, np.ndarray]:
         """Return c [1/s^2] and b [n, 3] [m/s^2]."""
