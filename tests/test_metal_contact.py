@@ -116,6 +116,7 @@ def contact_of(scene):
         (60.0, [BALL], ("zmin",), "full"),  # rho v^2/Y = 0.08
         (70.0, [BALL], ("zmin",), "normal"),  # 0.11
         (60.0, [FLOOR], ("zmin", "xmin"), "normal"),  # a plane, whatever the faces
+        (1e200, [FLOOR], ("zmin",), "normal"),  # its square is no number
     ],
 )
 def test_metals_have_full_removal_in_slow_impacts_alone(speed, obstacles, contact, wanted):

@@ -50,7 +50,7 @@ def impact_number(scene: Scene, index: int) -> float:
     if not metals:
         return 0.0
     speed = impact_speed(scene, index)
-    return max(metal.density * speed**2 / metal.hardening.yield_stress for metal in metals)
+    return max(metal.density * speed * speed / metal.hardening.yield_stress for metal in metals)
 
 
 def impact_speed(scene: Scene, index: int) -> float:
