@@ -138,6 +138,14 @@ def test_friction_pulls_a_light_plate_along_without_a_jerk(removal):
     assert result.history["friction_work"].min() >= -1e-9
 
 
+def edge_of_a_block(part):
+    """Plan of a block, an edge of which is a rigid part."""
+    mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
+    low = np.flatnonzero((mesh.nodes[:, :2] == 0.0).all(axis=1))
+    body = tc.Body(mesh.with_sets(node_sets={"edge": low}), tc.NeoHookean(1e7, 0.3, 1e3), rigid_parts=[part])
+    return tc.plan(tc.Scene([body], duration=1e-5))
+
+
 @pytest.mark.parametrize(
     ("make", "field"),
     [
@@ -146,6 +154,8 @@ def test_friction_pulls_a_light_plate_along_without_a_jerk(removal):
         (lambda: tc.RigidPart("rim", mass=1.0, driven=True), "RigidPart.mass"),
         (lambda: tc.RigidPart("rim", mass=1.0, inertia=(1.0, 1.0, 5.0)), "RigidPart.inertia"),
         (lambda: tc.RigidPart("rim", mass=1.0, velocity=lambda t: (0.0, 0.0, t)), "RigidPart.velocity"),
+        (lambda: edge_of_a_block(tc.RigidPart("edge", driven=True)), r"Support\(velocity=\)"),
+        (lambda: edge_of_a_block(tc.RigidPart("edge", mass=1.0)), "give mass and inertia"),
         (lambda: rolling(tc.RigidPart("nothing", mass=1.0)), "nothing"),
         (lambda: rolling(tc.RigidPart("tread", mass=1.0)), "Body.rigid_parts"),
         (lambda: rolling(tc.RigidPart("rim", mass=1.0), supports=[tc.Support("rim", "x")]), "Body.rigid_parts"),

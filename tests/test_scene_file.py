@@ -217,6 +217,59 @@ def test_a_motion_that_is_a_function_is_refused():
         tc.save_scene(scene(obstacles=[tc.Plane(point=(0, 0, -1), velocity=lambda t: (0, 0, t))]), "never.toml")
 
 
+def test_numbers_of_numpy_are_numbers(tmp_path):
+    parts = {
+        "point_masses": [tc.PointMass("zmax", np.float64(0.2)), tc.PointMass("zmin", np.int64(2))],
+        "springs": [tc.Spring("zmax", np.float64(5.0), to=(0.0, 0.0, 3.0), rest_length=np.float64(1.5))],
+    }
+    body = tc.Body(box("hex8"), tc.NeoHookean(1e7, 0.3, 1e3), **parts)
+    tc.save_scene(tc.Scene([body], duration=1e-5), tmp_path / "scene.toml", history_every=np.int64(2))
+    loaded, options = tc.load_scene(tmp_path / "scene.toml")
+    assert options == {"history_every": 2}
+    assert (loaded.bodies[0].point_masses, loaded.bodies[0].springs) == (body.point_masses, body.springs)
+
+
+def test_a_scene_replaces_no_arrays_that_are_not_its_own(tmp_path):
+    block = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
+    shaken = tc.Mesh(block.nodes + 0.01 * np.random.default_rng(0).random(block.nodes.shape), block.cells)
+    own = tc.Scene([tc.Body(shaken, tc.NeoHookean(1e7, 0.3, 1e3))], duration=1e-5)
+    with pytest.raises(tc.InputError, match="TOML file"):
+        tc.save_scene(own, tmp_path / "scene.npz")
+    (tmp_path / "part-mesh-0.npz").write_bytes(b"of somebody")
+    with pytest.raises(tc.InputError, match=r"part-mesh-0\.npz is there already"):
+        tc.save_scene(own, tmp_path / "part.toml")
+    assert [path.name for path in tmp_path.iterdir()] == ["part-mesh-0.npz"]
+    for _ in range(2):  # its own are replaced
+        tc.save_scene(own, tmp_path / "scene.toml")
+    assert np.array_equal(tc.load_scene(tmp_path / "scene.toml")[0].bodies[0].mesh.nodes, shaken.nodes)
+
+
+def test_a_mark_of_the_byte_order_is_no_part_of_the_text(tmp_path):
+    (tmp_path / "scene.toml").write_bytes(b"\xef\xbb\xbf" + GOOD.encode())
+    assert tc.load_scene(tmp_path / "scene.toml")[0].duration == 1e-5
+
+
+SURFACES = {
+    "{ }": "give its points too",
+    "{ points = [[0, 0, 0]] }": "give its triangles too",
+    "{ points = [[0, 0], [1]], triangles = [[0, 0, 0]] }": "surface points",
+    "{ points = [[0, 0, nan]], triangles = [[0, 0, 0]] }": "surface points",
+    "{ points = [[0, 0, 0]], triangles = [[0, 0, 1]] }": "surface triangles",
+    "{ points = [[0, 0, 0]], triangles = [0, 0, 0] }": "surface triangles",
+    "{ points = [[0, 0, 0]], triangles = [[0.5, 0, 0]] }": "surface triangles",
+}
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+def test_the_surface_of_a_sampled_distance_is_checked(surface, tmp_path):
+    np.savez(tmp_path / "grid.npz", distance=np.indices((4, 4, 4))[2] - 1.5)
+    grid = 'origin = [0, 0, -3]\nspacing = 1.0\ndistance = { file = "grid.npz", array = "distance" }\n'
+    (tmp_path / "scene.toml").write_text(GOOD.replace('"Plane"', f'"Sdf"\n{grid}surface = {surface}'))
+    with pytest.raises(tc.InputError, match=SURFACES[surface]) as caught:
+        tc.load_scene(tmp_path / "scene.toml")
+    assert caught.value.field.startswith("obstacles[0]")
+
+
 def test_mesh_files_lie_beside_the_scene(tmp_path):
     import meshio
 

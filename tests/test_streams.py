@@ -1,5 +1,6 @@
 """The standard streams of a command closed, full or read by nobody; a checkpoint whose origin is nonsense."""
 
+import io
 import os
 import subprocess
 import sys
@@ -84,6 +85,13 @@ def test_an_output_goes_silent_once():
     assert stream.calls == 1
     assert output.silent
     assert output.error is None
+
+
+def test_letters_that_a_stream_lacks_become_question_marks():
+    raw = io.BytesIO()
+    stream = io.TextIOWrapper(raw, encoding="cp1252", write_through=True)
+    print("ü in ▁▂", file=Output(stream))
+    assert raw.getvalue() == b"\xfc in ??\n"
 
 
 ORIGINS = [

@@ -17,7 +17,10 @@ GONE = (errno.EPIPE, errno.EBADF)
 
 
 class Output:
-    """A text stream that goes silent when it cannot be written; error: the reason, None if its reader has gone."""
+    """A text stream that goes silent when it cannot be written; error: the reason, None if its reader has gone.
+
+    Letters that its encoding lacks become question marks.
+    """
 
     def __init__(self, stream: TextIO) -> None:
         self.stream, self.silent = stream, False
@@ -28,6 +31,8 @@ class Output:
         if not self.silent:
             try:
                 return self.stream.write(text)
+            except UnicodeEncodeError as error:  # a terminal or pipe without these letters
+                return self.stream.write(text.encode(error.encoding, "replace").decode(error.encoding))
             except OSError as error:
                 self._stop(error)
         return len(text)

@@ -105,7 +105,12 @@ def rigid_parts(
             remedy = "its inertia overflows; look at the units of center, mass and density"
             raise InputError("Body.rigid_parts", part, remedy)
         if not np.linalg.eigvalsh(inertia)[0] > 1e-9 * np.trace(inertia):
-            raise InputError("RigidPart.inertia", part.inertia, "its nodes lie on a line: give mass and inertia")
+            remedy = "its nodes lie on a line: give mass and inertia"
+            if part.driven:
+                remedy = (
+                    "its nodes lie on a line: drive them by Support(velocity=), or take a set with nodes off the line"
+                )
+            raise InputError("RigidPart.inertia", part.inertia, remedy)
         reference = middle if part.center is None else part.center
         turning = np.linalg.lstsq(of_nodes, masses @ np.cross(place - middle, speed), rcond=1e-9)[0]
         moving = masses @ speed / masses.sum() + np.cross(turning, reference - middle)

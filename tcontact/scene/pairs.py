@@ -210,7 +210,7 @@ def _ranks(bodies: Sequence[Body]) -> list[tuple[bool, int, float, int]]:
             )
     keys = []
     for index, body in enumerate(bodies):
-        power = round(float(np.log2(_stiffness(body) / softest)))
+        power = round(float(np.log2(_stiffness(body)) - np.log2(softest)))
         keys.append((_held(body), power, mean_area(body), index))
     return keys
 

@@ -65,7 +65,7 @@ def _toml(file: Path) -> dict[str, Any]:
             raise InputError("path", str(file), "no such file; give a scene as TOML")
         if file.stat().st_size > MAXIMUM_BYTES:
             raise InputError("path", str(file), "is too large for a scene; put long arrays into an .npz file beside it")
-        return tomllib.loads(file.read_text(encoding="utf-8"))
+        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except (OSError, RecursionError) as error:
         raise InputError("path", str(file), f"cannot be read ({error})") from error
     except InputError:
@@ -200,8 +200,11 @@ class Reader:
         if "surface" in values:
             pair = table(f"{place}.surface", values["surface"])
             check_keys(f"{place}.surface", pair, ("points", "triangles"))
+            for key in ("points", "triangles"):
+                if key not in pair:
+                    raise InputError(f"{place}.surface", pair, f"give its {key} too, or leave it out")
             values["surface"] = tuple(
-                np.asarray(self.array(f"{place}.surface.{key}", pair.get(key, []))) for key in ("points", "triangles")
+                self.array(f"{place}.surface.{key}", pair[key]) for key in ("points", "triangles")
             )
         return made(place, Sdf, values)
 

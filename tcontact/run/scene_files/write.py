@@ -36,16 +36,23 @@ def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
     path: the TOML file; long arrays go to NAME.npz beside it (boxes of `box_mesh` are written as such).
     Velocities and displacements given as functions are written as arrays. Raises `InputError` for motions of obstacles
     and supports, loads and gravity that are functions of time, which have no plain data, and for a file that cannot be
-    written.
+    written, or beside which another .npz file has the name of its arrays.
     """
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     file = validate.path("path", path, "give the name of a TOML file")
     if not file.name:
         raise InputError("path", path, "give the name of a TOML file")
+    if file.suffix == ".npz":
+        raise InputError("path", str(file), "arrays of the scene have this name; give the name of a TOML file")
     writer = Writer(file.with_suffix(".npz").name)
     data = writer.scene(scene, run)
     text = to_toml(data)
+    beside = [*([writer.beside] if writer.arrays else []), *writer.meshes]
+    for name in beside if not file.exists() else ():
+        if file.with_name(name).exists():
+            remedy = f"{name} is there already, which the arrays of the scene would replace; give another name"
+            raise InputError("path", str(file), remedy)
     try:
         if writer.arrays:
             np.savez_compressed(file.with_suffix(".npz"), **writer.arrays)

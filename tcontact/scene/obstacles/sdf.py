@@ -14,6 +14,7 @@ from ...base.errors import InputError
 from .base import Obstacle, unit_or
 from .distance_check import check_distance
 from .interpolation import interpolate
+from .surface import surface_arrays
 from .surface_distance import sample_surface
 from .thin_parts import check_thickness
 
@@ -56,6 +57,8 @@ class Sdf(Obstacle):
         if self.center is None:
             put(self, "center", self.origin + 0.5 * self.spacing * (np.array(count) - 1))
         put(self, "center", validate.vector("Sdf.center", self.center))
+        if self.surface is not None:
+            put(self, "surface", surface_arrays(self.surface))
         if self.free:
             self.inertia_about_center()
         lines = [start + self.spacing * np.arange(n) for start, n in zip(self.origin, count, strict=True)]

@@ -26,7 +26,7 @@ def closed_surface(given: Any, scale: float = 1.0) -> tuple[np.ndarray, np.ndarr
     Raises `InputError` unless every edge belongs to two triangles that run through it in opposite directions.
     """
     factor = validate.number("scale", scale, low=0.0)
-    points, triangles = _from_file(given) if isinstance(given, (str, os.PathLike)) else _from_arrays(given)
+    points, triangles = _from_file(given) if isinstance(given, (str, os.PathLike)) else surface_arrays(given)
     with np.errstate(over="ignore", invalid="ignore"):
         points = points * factor
         size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
@@ -135,7 +135,8 @@ def _without_flat(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray
     return points[used], number.reshape(-1, 3)
 
 
-def _from_arrays(given: Any) -> tuple[np.ndarray, np.ndarray]:
+def surface_arrays(given: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return points [k, 3] [m] and triangles [m, 3] of a pair of arrays. Raises `InputError`."""
     remedy = "give the path of an STL, OBJ or PLY file, or (points [k, 3], triangles [m, 3])"
     if not isinstance(given, (tuple, list)) or len(given) != 2:
         raise InputError(FIELD, given, remedy)
