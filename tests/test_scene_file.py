@@ -231,7 +231,7 @@ def test_numbers_of_numpy_are_numbers(tmp_path):
 
 def test_a_scene_replaces_no_arrays_that_are_not_its_own(tmp_path):
     block = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
-    shaken = tc.Mesh(block.nodes + 0.01 * np.random.default_rng(0).random(block.nodes.shape), block.cells)
+    shaken = tc.Mesh(block.nodes + 0.01 * np.random.default_rng(0).random(block.nodes.shape), block.cells, "hex8")
     own = tc.Scene([tc.Body(shaken, tc.NeoHookean(1e7, 0.3, 1e3))], duration=1e-5)
     with pytest.raises(tc.InputError, match="TOML file"):
         tc.save_scene(own, tmp_path / "scene.npz")
