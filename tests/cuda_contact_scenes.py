@@ -140,6 +140,20 @@ def wedged():
     return tc.Scene([body], walls, 8e-3, **options), tc.CentralDifference(cfl=0.6)
 
 
+def edged():
+    """A body that lands above the edges of two blocks of one height, and slides over their seam."""
+    mesh = block(cells=3)
+    low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+    size, middle = high - low, 0.5 * (low + high)
+    floor = [
+        tc.Box((middle[0] + shift, middle[1], low[2] - 0.502), (size[0], size[1], 1.0), name=name)
+        for name, shift in (("back", -0.25 * size[0]), ("front", 0.75 * size[0]))
+    ]
+    body = tc.Body(mesh, tc.LinearElastic(2.3e7, 0.0, 1350.0), (0.5 * SPEED, 0.0, -SPEED), contact=["zmin"])
+    scene = tc.Scene([body], floor, 8e-3, contact=tc.MasslessContact(removal="full"))
+    return scene, tc.CentralDifference(cfl=0.6)
+
+
 def crept():
     """Regularised friction in the static solve."""
     law = tc.RegularizedCoulomb(0.2, 0.1)
@@ -265,7 +279,7 @@ def paved():
     return tc.Scene(parts, [ground], 2.8e-4, **options), tc.CentralDifference(dt=2e-5)
 
 
-FRICTIONLESS = (normal, full, linear, sprung, ball, corner, sagged, crushed, fast, pressed, held)
+FRICTIONLESS = (normal, full, linear, sprung, ball, corner, sagged, crushed, fast, pressed, held, edged)
 WITH_FRICTION = (rubbed, wedged, crept, slowed, forged, carried, floated, repelled, struck, swept, spun, paved)
 LAYERED = (baked, fused, branded)
 PAIRED = (paired, stacked, touched, padded)

@@ -23,7 +23,7 @@ def of_kernel(obstacle, positions, before=0):
             gap = 0.0
             normal = ti.Vector([0.0, 0.0, 0.0])
             if ti.static(shape == "box"):
-                gap, normal = box_gap_normal(y, first)
+                gap, normal, _face = box_gap_normal(y, first, 0.0)
             else:
                 gap, normal = grid_gap_normal(
                     grid, start, first, parameters[3], parameters[4], parameters[5], parameters[6], y

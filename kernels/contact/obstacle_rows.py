@@ -14,7 +14,7 @@ from ..nodes.rigid_record import kind_of
 from ..rigid_places import FREE
 from .constraint_rows import number_of, set_number, set_vector, vector_of
 from .islands import first_other, island_count, node_count
-from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, velocity_at
+from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, gap_normal_face, level_with, velocity_at
 
 SUMMED = ("sum",) * 7  # force, moment and power of an obstacle
 LOAD_PLACES = tuple(
@@ -32,9 +32,14 @@ def position(reference: ti.template(), k, u: ti.template(), node):
 def fill_row(obstacles: ti.template(), rows: ti.template(), r, x):
     """Fill row r for a node at x."""
     p = obstacles.candidates[r]
-    gap, normal = gap_and_normal(obstacles, p, x)
+    entered = 0.0
+    if ti.static(rows.at.face >= 0):
+        entered = number_of(rows, r, rows.at.face)
+    gap, normal, face = gap_normal_face(obstacles, p, x, entered)
     set_number(rows, r, rows.at.gap, gap)
     set_vector(rows, r, rows.at.normal, normal)
+    if ti.static(rows.at.face >= 0):
+        set_number(rows, r, rows.at.face, face)
     if ti.static(rows.at.size_squared >= 0):
         away = x - three(obstacles.records, RECORD * p + POINT)
         set_number(rows, r, rows.at.size_squared, ti.max(x.norm_sqr(), away.norm_sqr()))
@@ -52,6 +57,25 @@ def fill_node(obstacles: ti.template(), rows: ti.template(), contact: ti.templat
     if ti.static(len(contact.options.shapes) > 0):
         for p in range(ti.static(rows.options.obstacle_slots)):
             fill_row(obstacles, rows, k * slots + p, x)
+        if ti.static(rows.at.face >= 0 and rows.options.obstacle_slots > 1):
+            find_level_faces(obstacles, rows, k * slots, x)
+
+
+@ti.func
+def find_level_faces(obstacles: ti.template(), rows: ti.template(), first, x):
+    """Let a node at x enter a block by the face that is in one plane with the surface of another obstacle.
+
+    So it slides over the seam of two blocks of one height, whose sides are covered. first: row of the node.
+    """
+    for p, other in ti.static(ti.ndrange(rows.options.obstacle_slots, rows.options.obstacle_slots)):
+        if ti.static(p != other):
+            r, gap = first + p, number_of(rows, first + other, rows.at.gap)
+            normal = vector_of(rows, first + other, rows.at.normal)
+            level = level_with(obstacles, obstacles.candidates[r], x, gap, normal)
+            if level != 0.0 and level != number_of(rows, r, rows.at.face):
+                set_number(rows, r, rows.at.face, level)
+                if number_of(rows, r, rows.at.gap) <= 0.0:
+                    fill_row(obstacles, rows, r, x)
 
 
 @ti.func

@@ -1,19 +1,28 @@
 """Gaps and unit normals of obstacles in their own axes: a block, and a distance sampled on a grid.
 
-Block of half sizes h: q = |y| - h; outside |max(q, 0)|, inside max q, its normal from the nearest face.
+Block of half sizes h: q = |y| - h; outside |max(q, 0)|, inside the q of the face through which the node came, or max q.
 Grid: D and grad D interpolated trilinearly between nodes; beyond the grid D(c) + grad D(c) . (y - c) from its nearest
 point c; the normal is the unit vector along grad D. `Box.local` and `Sdf.local` compute this on the host.
 """
 
 from ..engine import ti
 
+LEVEL = 1e-9  # distance over the largest half size up to which a position or surface is level with a face
+ALONG = 1.0 - 1e-9  # cosine from which two normals are one
+
 
 @ti.func
-def box_gap_normal(y, half):
-    """Return the signed distance of y to the block, and the normal out of it."""
+def box_gap_normal(y, half, entered):
+    """Return the signed distance of y to the block, the normal out of it, and the number of the face that y is at.
+
+    Faces have the numbers -3 .. 3 by axis and side. A position within the block belongs to the face `entered`, that of
+    the last call, whichever is nearer: a node that lands beside an edge is held by the face on which it lands. 0: by
+    the nearest one.
+    """
     outward = ti.Vector([0.0, 0.0, 0.0])
     face = ti.Vector([0.0, 0.0, 0.0])
-    deepest = -1e300
+    came = ti.Vector([0.0, 0.0, 0.0])
+    deepest, depth, at = -1e300, -1e300, 0.0
     for i in ti.static(range(3)):
         side = 1.0
         if y[i] < 0.0:
@@ -21,15 +30,33 @@ def box_gap_normal(y, half):
         beyond = side * y[i] - half[i]
         outward[i] = side * ti.max(beyond, 0.0)
         if beyond > deepest:
-            deepest = beyond
+            deepest, at = beyond, side * (i + 1.0)
             face = ti.Vector([side if j == i else 0.0 for j in ti.static(range(3))])
+        if entered == side * (i + 1.0):
+            depth = beyond
+            came = ti.Vector([side if j == i else 0.0 for j in ti.static(range(3))])
     gap = outward.norm()
     normal = face
-    if gap > 0.0:
+    if gap > LEVEL * half.max():
         normal = outward / gap
+    elif depth > -1e300:
+        gap, normal, at = depth, came, entered
     else:
         gap = deepest
-    return gap, normal
+    return gap, normal, at
+
+
+@ti.func
+def level_face(y, half, gap, normal):
+    """Return the number of the face in one plane with another surface, to which y has this gap and normal; 0: none."""
+    found = 0.0
+    for i in ti.static(range(3)):
+        side = 1.0
+        if y[i] < 0.0:
+            side = -1.0
+        if ti.abs(side * y[i] - half[i] - gap) <= LEVEL * half.max() and side * normal[i] > ALONG:
+            found = side * (i + 1.0)
+    return found
 
 
 @ti.func

@@ -11,7 +11,7 @@ from ..engine import ti
 from ..lanes import OBSTACLE
 from ..language.entries import three
 from ..language.threads import item, meet, turns
-from .obstacle_shapes import box_gap_normal, grid_gap_normal
+from .obstacle_shapes import box_gap_normal, grid_gap_normal, level_face
 
 # places in a record
 SHAPE, POINT, FRAME, PARAMETERS, VELOCITY, SPIN, MEAN_VELOCITY, MEAN_SPIN = 0, 1, 4, 13, 21, 24, 27, 30
@@ -22,11 +22,19 @@ CODES = {"plane": 0, "sphere": 1, "cylinder": 2, "box": 3, "sdf": 4}
 @ti.func
 def gap_and_normal(obstacles: ti.template(), p, x):
     """Return the gap [m] of position x to obstacle p, and the unit normal into the body there."""
+    gap, normal, _face = gap_normal_face(obstacles, p, x, 0.0)
+    return gap, normal
+
+
+@ti.func
+def gap_normal_face(obstacles: ti.template(), p, x, entered):
+    """Return gap and normal, and of a block the number of the face that x is at (`box_gap_normal`), else 0."""
     values = ti.static(obstacles.records)
     start = RECORD * p
     y = x - three(values, start + POINT)
     gap = 1e300
     normal = three(values, start + FRAME + 6)  # normal of a plane, axis of a cylinder
+    face = 0.0
     shape = int(values[start + SHAPE])
     alone = ti.static(len(obstacles.options.shapes) == 1)
     if ti.static("plane" in obstacles.options.shapes):
@@ -42,8 +50,8 @@ def gap_and_normal(obstacles: ti.template(), p, x):
             )
     if ti.static("box" in obstacles.options.shapes or "sdf" in obstacles.options.shapes):
         if shape == 3 or shape == 4:
-            gap, normal = framed_gap(obstacles, start, shape, y)
-    return gap, normal
+            gap, normal, face = framed_gap(obstacles, start, shape, y, entered)
+    return gap, normal, face
 
 
 @ti.func
@@ -57,17 +65,18 @@ def round_gap(y, radius, side):
 
 
 @ti.func
-def framed_gap(obstacles: ti.template(), start, shape, y):
-    """Return gap and normal of a shape with axes of its own: box or sampled distance."""
+def framed_gap(obstacles: ti.template(), start, shape, y, entered):
+    """Return gap, normal and face of a shape with axes of its own: box or sampled distance."""
     values = ti.static(obstacles.records)
     place = start + PARAMETERS
     frame = ti.Matrix([[values[start + FRAME + 3 * i + j] for j in range(3)] for i in range(3)])
     own = frame @ y
     gap = 1e300
     normal = ti.Vector([0.0, 0.0, 1.0])
+    face = 0.0
     if ti.static("box" in obstacles.options.shapes):
         if shape == 3:
-            gap, normal = box_gap_normal(own, three(values, place))
+            gap, normal, face = box_gap_normal(own, three(values, place), entered)
     if ti.static("sdf" in obstacles.options.shapes):
         if shape == 4:
             gap, normal = grid_gap_normal(
@@ -80,7 +89,20 @@ def framed_gap(obstacles: ti.template(), start, shape, y):
                 values[place + 6],
                 own,
             )
-    return gap, frame.transpose() @ normal
+    return gap, frame.transpose() @ normal, face
+
+
+@ti.func
+def level_with(obstacles: ti.template(), p, x, gap, normal):
+    """Return the number of the face of block p in one plane with a surface to which x has this gap and normal, or 0."""
+    values = ti.static(obstacles.records)
+    start = RECORD * p
+    found = 0.0
+    if int(values[start + SHAPE]) == 3:
+        frame = ti.Matrix([[values[start + FRAME + 3 * i + j] for j in range(3)] for i in range(3)])
+        own = frame @ (x - three(values, start + POINT))
+        found = level_face(own, three(values, start + PARAMETERS), gap, frame @ normal)
+    return found
 
 
 @ti.func

@@ -233,7 +233,8 @@ class RowPlaces(NamedTuple):
     friction in the static solve: traction (3) [N]: friction force now; traction_before (3): one step before; slip (3)
     [m]: since then. Rows of pairs beside those of obstacles: lift (3), motion of the slave for a unit normal motion of
     its masters, in its massless components. Where the coefficient varies (friction_laws.py): shear_limit [N]: largest
-    friction of the law; slip_speed [m/s] of the step before; law: number of the law of the partner.
+    friction of the law; slip_speed [m/s] of the step before; law: number of the law of the partner. With blocks as
+    obstacles: face: number of that at which the node is (obstacle_shapes.py).
     """
 
     gap: int
@@ -252,6 +253,7 @@ class RowPlaces(NamedTuple):
     shear_limit: int
     slip_speed: int
     law: int
+    face: int
     width: int
 
 
@@ -361,6 +363,7 @@ class ContactOptions(NamedTuple):
             "shear_limit": self.varied,
             "slip_speed": self.varied,
             "law": self.varied,
+            "face": "box" in self.shapes,
         }
         places, width = {}, 0
         for name, size in sizes.items():

@@ -19,7 +19,9 @@ class Box(Obstacle):
     center: [m], the point it turns about; size: full lengths along its own axes [3] [m] > 0; axes: rotation matrix
     whose rows are these axes in the world, None for x, y, z.
     The gap is the exact distance; the normal at an edge or a corner comes from the nearest point of the surface,
-    inside the block from the nearest face. Raises `InputError`.
+    inside the block from the nearest face. In explicit steps a node that a step would take into the block is held by
+    the face through which it came, and slides over the seam to a block or plane of the same height. Raises
+    `InputError`.
     """
 
     center: Any = (0.0, 0.0, 0.0)
