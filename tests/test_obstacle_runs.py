@@ -114,6 +114,22 @@ def test_a_run_that_goes_on_knows_the_faces(tmp_path, monkeypatch):
         stopped_runs.same(whole, tc.resume(path, scene, scheme))
 
 
+@pytest.mark.parametrize("name", ["full", "penalty"])
+def test_a_cube_that_begins_on_the_edges_stands_on_them(name):
+    """Its outer nodes bear their share of the weight, as on a plane."""
+    forces = []
+    for floor in (tc.Plane(), tc.Box((0.5, 0.5, -0.5), (1.0, 1.0, 1.0))):
+        cube = tc.Body(tc.box_mesh((1.0, 1.0, 1.0), (3, 3, 3)), LINEAR, contact="zmin")
+        parts = {"gravity": (0.0, 0.0, -10.0), "damping": tc.MassDamping(40.0)}
+        result = tc.simulate(
+            tc.Scene([cube], [floor], 0.5, contact=MODELS[name], **parts), tc.CentralDifference(cfl=0.5)
+        )
+        assert result.ok
+        forces.append(result.contact_node_force)
+    assert abs(forces[0][:, 2].sum() - 1e4) < 10.0
+    assert np.abs(forces[1] - forces[0]).max() < 1e-3 * forces[0].max()
+
+
 def floor_of(*blocks):
     """Blocks with their tops at z = 0: middle along x, half length."""
     return [

@@ -9,6 +9,7 @@ from ..engine import ti
 
 LEVEL = 1e-9  # distance over the largest half size up to which a position or surface is level with a face
 ALONG = 1.0 - 1e-9  # cosine from which two normals are one
+EDGE = 8.0  # number of no face: a position begins on an edge or a corner
 
 
 @ti.func
@@ -17,12 +18,12 @@ def box_gap_normal(y, half, entered):
 
     Faces have the numbers -3 .. 3 by axis and side. A position within the block belongs to the face `entered`, that of
     the last call, whichever is nearer: a node that lands beside an edge is held by the face on which it lands. 0: by
-    the nearest one.
+    the nearest one. What begins on an edge has the number EDGE and a bit for each axis of its faces, and then belongs
+    to the one that it moves into.
     """
     outward = ti.Vector([0.0, 0.0, 0.0])
-    face = ti.Vector([0.0, 0.0, 0.0])
-    came = ti.Vector([0.0, 0.0, 0.0])
-    deepest, depth, at = -1e300, -1e300, 0.0
+    deepest, depth, lowest = -1e300, -1e300, 1e300
+    nearest, into, level, bits = 0.0, 0.0, 0, 0
     for i in ti.static(range(3)):
         side = 1.0
         if y[i] < 0.0:
@@ -30,20 +31,34 @@ def box_gap_normal(y, half, entered):
         beyond = side * y[i] - half[i]
         outward[i] = side * ti.max(beyond, 0.0)
         if beyond > deepest:
-            deepest, at = beyond, side * (i + 1.0)
-            face = ti.Vector([side if j == i else 0.0 for j in ti.static(range(3))])
+            deepest, nearest = beyond, side * (i + 1.0)
         if entered == side * (i + 1.0):
             depth = beyond
-            came = ti.Vector([side if j == i else 0.0 for j in ti.static(range(3))])
+        if entered >= EDGE and (int(entered - EDGE) >> i) & 1 == 1 and beyond < lowest:
+            lowest, into = beyond, side * (i + 1.0)
+        if ti.abs(beyond) <= LEVEL * half.max():
+            level += 1
+            bits += 2**i
     gap = outward.norm()
-    normal = face
-    if gap > LEVEL * half.max():
-        normal = outward / gap
-    elif depth > -1e300:
-        gap, normal, at = depth, came, entered
-    else:
-        gap = deepest
+    at = nearest
+    normal = outward / ti.max(gap, 1e-300)
+    if gap <= LEVEL * half.max():
+        if depth > -1e300:
+            at, gap = entered, depth
+        elif lowest < -LEVEL * half.max():
+            at, gap = into, lowest
+        else:
+            gap = deepest
+        normal = along_face(at)
+        if depth == -1e300 and at == nearest and level > 1:
+            at = EDGE + bits
     return gap, normal, at
+
+
+@ti.func
+def along_face(number):
+    """Return the normal of the face of a block with this number."""
+    return ti.Vector([ti.select(number == i + 1.0, 1.0, ti.select(number == -1.0 - i, -1.0, 0.0)) for i in range(3)])
 
 
 @ti.func
