@@ -280,6 +280,19 @@ def test_errors_come_back_from_other_processes():
         assert (str(again), again.field, again.remedy) == (str(error), error.field, error.remedy)
 
 
+def test_a_name_ends_where_its_text_ends():
+    """Files would keep what is before a null character."""
+    with pytest.raises(tc.InputError, match="null character"):
+        body(name="lower\0upper")
+
+
+def test_bodies_of_any_stiffness_have_an_order():
+    """The ratio of these two is beyond the largest number."""
+    low = tc.box_mesh((1.0, 1.0, 1.0), (1, 1, 1), origin=(0.0, 0.0, -1.5))
+    bodies = [body(HEX, tc.LinearElastic(1e-320, 0.3, 1.0)), body(low, contact="zmax")]
+    assert scene(bodies=bodies, obstacles=[]).body_pairs[0].slave == 0
+
+
 def test_masked_values_are_refused_and_an_array_of_no_dimension_gets_its_remedy():
     with pytest.raises(tc.InputError, match="normal"):
         tc.Plane(normal=np.ma.array([0.0, 0.0, 1.0], mask=[1, 0, 0]))

@@ -49,11 +49,10 @@ def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
     data = writer.scene(scene, run)
     text = to_toml(data)
     beside = [*([writer.beside] if writer.arrays else []), *writer.meshes]
-    for name in beside if not file.exists() else ():
-        if file.with_name(name).exists():
-            remedy = f"{name} is there already, which the arrays of the scene would replace; give another name"
-            raise InputError("path", str(file), remedy)
     try:
+        foreign = [] if file.exists() else [name for name in beside if file.with_name(name).exists()]
+        if foreign:
+            raise FileExistsError(f"{foreign[0]} is there already, which its arrays would replace")
         if writer.arrays:
             np.savez_compressed(file.with_suffix(".npz"), **writer.arrays)
         for name, arrays in writer.meshes.items():
