@@ -26,6 +26,7 @@ from .reach import speed_by_loads
 STIFF = 4.0  # stiffness of a slave over that of its master above which a run warns
 PRODUCTS, MORE = 25.0, 34.0  # products of a static solve with a soft slave, and more for every factor of 10 (measured)
 SLACK = 1.5  # factor on the way of two bodies, for waves that add to their speed
+LEAST = float(np.finfo(float).tiny)  # [Pa], where processors take smaller numbers for 0
 
 
 @dataclass(frozen=True)
@@ -210,7 +211,7 @@ def _ranks(bodies: Sequence[Body]) -> list[tuple[bool, int, float, int]]:
             )
     keys = []
     for index, body in enumerate(bodies):
-        power = round(float(np.log2(_stiffness(body)) - np.log2(softest)))
+        power = round(float(np.log2(max(_stiffness(body), LEAST)) - np.log2(max(softest, LEAST))))
         keys.append((_held(body), power, mean_area(body), index))
     return keys
 
