@@ -10,6 +10,7 @@ from test_implicit_runs import RUBBER, STIFF, cube, energy_error, run, scene
 
 import tcontact as tc
 from tcontact.schemes.implicit.solution.linear_solver import Krylov
+from tcontact.schemes.implicit.solution.newton import NotConverged, Settings, newton
 
 X = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
@@ -51,6 +52,17 @@ def test_factors_solve_what_stops_bicgstab(made):
     assert solver.spare is not None  # BiCGStab did not get there
     exact = np.linalg.solve(dense(blocks, sparsity), right.reshape(-1))
     assert np.abs(found.reshape(-1) - exact).max() < 1e-12 * np.abs(exact).max()
+
+
+def test_what_an_iterate_far_from_the_solution_raises_is_a_failed_step():
+    """A smaller step may have a solution, as after any other failure of Newton's method."""
+
+    class Absurd:
+        def evaluate(self, d):
+            raise np.linalg.LinAlgError("SVD did not converge")
+
+    with pytest.raises(NotConverged, match="SVD"):
+        newton(Absurd(), np.zeros((1, 3)), None, Settings())
 
 
 def test_a_slender_bar_under_a_load_ends_its_run():

@@ -109,7 +109,9 @@ def test_a_run_that_goes_on_knows_the_faces(tmp_path, monkeypatch):
     cube = tc.Body(tc.box_mesh((1.0, 1.0, 1.0), (3, 3, 3)), LINEAR, (0.0, 0.0, -1.0), contact="zmin")
     scene = tc.Scene([cube], [footing(0.0)], 0.02, contact=MODELS["penalty"])
     scheme = tc.CentralDifference(cfl=0.5)
-    whole, copies = stopped_runs.copied(monkeypatch, tmp_path, scene, scheme, 5)
+    whole, copies = stopped_runs.copied(monkeypatch, tmp_path, scene, scheme, 1)
+    pressed = np.flatnonzero(whole.history["contact_force"][:, 2] > 0.0)
+    assert set(pressed) & set(copies)
     for path in copies.values():
         stopped_runs.same(whole, tc.resume(path, scene, scheme))
 
@@ -128,6 +130,15 @@ def test_a_cube_that_begins_on_the_edges_stands_on_them(name):
         forces.append(result.contact_node_force)
     assert abs(forces[0][:, 2].sum() - 1e4) < 10.0
     assert np.abs(forces[1] - forces[0]).max() < 1e-3 * forces[0].max()
+
+
+def test_without_blocks_a_row_keeps_no_face():
+    from tcontact.kernels.language.bundles import ContactOptions
+
+    plane, block = (
+        ContactOptions("massless", 3, shapes=shapes).row_places for shapes in (("plane",), ("box", "plane"))
+    )
+    assert (plane.face, plane.width) == (-1, block.width - 1)
 
 
 def floor_of(*blocks):

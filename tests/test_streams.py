@@ -94,6 +94,20 @@ def test_letters_that_a_stream_lacks_become_question_marks():
     assert raw.getvalue() == b"\xfc in ??\n"
 
 
+def test_a_reader_that_is_gone_needs_no_letters():
+    class Gone:
+        def write(self, text):
+            text.encode("ascii")
+            raise BrokenPipeError(32, "Broken pipe")
+
+        def fileno(self):
+            raise ValueError("none")
+
+    output = Output(Gone())
+    print("ü", file=output)
+    assert output.silent
+
+
 ORIGINS = [
     {"case": 5},
     {"case": "cube-impact", "set": "cells=4"},

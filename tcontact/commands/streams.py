@@ -30,9 +30,10 @@ class Output:
         """Write the text, or nothing once the stream is silent."""
         if not self.silent:
             try:
-                return self.stream.write(text)
-            except UnicodeEncodeError as error:  # a terminal or pipe without these letters
-                return self.stream.write(text.encode(error.encoding, "replace").decode(error.encoding))
+                try:
+                    return self.stream.write(text)
+                except UnicodeEncodeError as error:  # a terminal or pipe without these letters
+                    return self.stream.write(text.encode(error.encoding, "replace").decode(error.encoding))
             except OSError as error:
                 self._stop(error)
         return len(text)

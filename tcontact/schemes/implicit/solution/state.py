@@ -76,7 +76,6 @@ class ImplicitState(ChosenNodes):
         self.start_velocity = velocity[order]
         self.internal_force = ElasticForce(self.body)
         self.contact = Contact()
-        self._remedy = scheme.remedy
         self.level: Level | None = None
         self._v = self.body.massive(self.start_velocity)
         self._taken = self.body.at_rest(0.0)
@@ -106,7 +105,9 @@ class ImplicitState(ChosenNodes):
         try:
             self.level = self.body.start(u, self.start_velocity)
         except NotConverged as error:
-            self.contact.trouble = f"no equilibrium of the contact nodes at the start: {error}; {self._remedy}"
+            self.contact.trouble = (
+                f"no equilibrium of the contact nodes at the start: {error}; {self.body.scheme.remedy}"
+            )
             self.level = self.body._level(u, self.body.massive(self.start_velocity), np.zeros_like(u))
         self._show()
         if self.body.contact is not None and self.body.massless:
@@ -138,7 +139,7 @@ class ImplicitState(ChosenNodes):
         try:
             level, taken = self.body.advance(self.level, dt)
         except NotConverged as error:
-            self.contact.trouble = f"Newton's method did not converge in the step: {error}; {self._remedy}"
+            self.contact.trouble = f"Newton's method did not converge in the step: {error}; {self.body.scheme.remedy}"
             return 1
         if self.body.massless:
             self._massless = self._of_massless((level.u - self.level.u) / dt)
