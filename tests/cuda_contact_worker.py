@@ -66,16 +66,16 @@ def watched(call, note):
 def short_of_passes() -> dict[str, np.ndarray]:
     """Return a run in which every step offers one pass, and how often the device had to be asked for its blocks."""
     asked: list[int] = []
-    take, settle = DeviceContactSteps._take, DeviceContactSteps._settle
+    take, settle = DeviceContactSteps.take, DeviceContactSteps._settle
 
     def few(self, *given):
         self.passes = 1
         return take(self, *given)
 
-    DeviceContactSteps._take = few
+    DeviceContactSteps.take = few
     DeviceContactSteps._settle = lambda self: (asked.append(1), settle(self))[1]
     found = cuda_contact_scenes.run("full", "cuda")
-    DeviceContactSteps._take, DeviceContactSteps._settle = take, settle
+    DeviceContactSteps.take, DeviceContactSteps._settle = take, settle
     return found | {"asked": np.array(len(asked))}
 
 

@@ -52,21 +52,36 @@ def register_tool() -> Path:
     return tool
 
 
+def _environment() -> dict[str, str]:
+    """Return the environment of a process that runs on the device, and compiles as for a user."""
+    found = {name: value for name, value in os.environ.items() if name not in SHORT}
+    if not real():
+        cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tcontact" / "ptx"
+        tool = ROOT / "tests" / "translated_ptx.py"
+        found["FAKE_CUDA_TOOL"] = f"{sys.executable} {tool} {FAKE.parent / 'ptx2c.py'} {cache}"
+    return found
+
+
+def on_ranks(launcher: str, count: int, folder: Path, *command: object) -> None:
+    """Run Python with a command on several ranks, each on a device: without hardware one of its own in the folder."""
+    start = [launcher, "-n", str(count)]
+    if not real():
+        start += ["sh", str(ROOT / "tests" / "rank_device.sh"), str(folder), str(FAKE)]
+    start += [sys.executable, *map(str, command)]
+    environment = _environment() | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
+    given = {"cwd": ROOT / "tests", "env": environment, "capture_output": True, "text": True, "timeout": 900}
+    done = subprocess.run(start, check=False, **given)  # type: ignore[call-overload]
+    assert done.returncode == 0, done.stderr[-4000:]
+
+
 def results(folder: Path, worker: Path = WORKER, watched: bool = False) -> dict[str, np.ndarray]:
     """Run a worker in a process of its own and return what it stored; its modules (PTX) lie in the folder then.
 
     watched: data races go to the file TCONTACT_RACES (watched_ptx.py).
     """
-    environment = {name: value for name, value in os.environ.items() if name not in SHORT}  # compiled as for a user
-    command = [sys.executable, str(worker), str(folder / "found.npz")]
+    environment, command = _environment(), [sys.executable, str(worker), str(folder / "found.npz")]
     if not real():
-        cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tcontact" / "ptx"
-        tool = ROOT / "tests" / "translated_ptx.py"
-        environment |= {
-            "FAKE_CUDA_DIR": str(folder),
-            "FAKE_CUDA_LOG": str(folder / "calls"),
-            "FAKE_CUDA_TOOL": f"{sys.executable} {tool} {FAKE.parent / 'ptx2c.py'} {cache}",
-        }
+        environment |= {"FAKE_CUDA_DIR": str(folder), "FAKE_CUDA_LOG": str(folder / "calls")}
         if watched:
             tool = f"{sys.executable} {ROOT / 'tests' / 'watched_ptx.py'} {FAKE.parent / 'ptx2c.py'}"
             environment |= {"FAKE_CUDA_TOOL": tool, "TCONTACT_RACES": str(folder / "races")}

@@ -1,12 +1,13 @@
 """Run scenes and save what they give: `[mpiexec -n P] python rank_results.py FOLDER NAME ...`; the first rank saves.
 
-Scenes in `AGAIN` are run once more from their end.
+Scenes in `AGAIN` are run once more from their end. With `--cuda` before the folder each rank has a GPU.
 """
 
 import sys
 import warnings
 from pathlib import Path
 
+import cuda_contact_scenes
 import numpy as np
 from rank_scenes import APART, CONTACT_RANKS, PRESSURES, SCENES, SCHEMES
 
@@ -33,6 +34,13 @@ class Watched(RankState):
 
     def forget(self):
         """Keep what a run forgets at its end."""
+
+
+def scene_of(name):
+    """Return a scene and its scheme; those that ranks on CPUs do not run are of cuda_contact_scenes.py."""
+    if name in SCENES:
+        return SCENES[name](), SCHEMES.get(name, tc.CentralDifference())
+    return getattr(cuda_contact_scenes, name)()
 
 
 def by_bodies(domain, _scene, ranks, _contact=None):
@@ -63,17 +71,18 @@ def end_of(result):
     return values | result.metals | {f"points {i}": state for i, state in enumerate(states)}
 
 
-def main(folder, names):
+def main(folder, names, arch="cpu"):
     """Save motion, forces, state of the metal, history and step of every scene; frames and fields in a folder each."""
     warnings.simplefilter("ignore")
     for name in names:
         out = Path(folder) / name
         STATES.clear()
         before = Exchange.all_messages
-        options = {"scheme": SCHEMES.get(name, tc.CentralDifference()), "pressures": name in PRESSURES}
-        options["contact_ranks"] = CONTACT_RANKS.get(name)
+        scene, scheme = scene_of(name)
+        options = {"scheme": scheme, "pressures": name in PRESSURES, "arch": arch}
+        options["contact_ranks"] = CONTACT_RANKS.get(name) if arch == "cpu" else None
         rank_run.cut_domain = by_bodies if name in APART else cut_domain
-        result = tc.simulate(SCENES[name](), frames=3, fields="all", out=out, threads=1, **options)
+        result = tc.simulate(scene, frames=3, fields="all", out=out, threads=1, **options)
         values = end_of(result)
         values |= {f"history {name}": column for name, column in result.history.items()}
         values |= {f"pressure {i}": record.pressure for i, record in enumerate(result.contact_pressures)}
@@ -82,7 +91,7 @@ def main(folder, names):
         told = {"copies": np.array(copies), "touching": np.array(contact)}
         told["messages"] = np.array(Exchange.all_messages - before)
         if name in AGAIN:
-            again = tc.simulate(SCENES[name](), initial=result, threads=1)
+            again = tc.simulate(scene_of(name)[0], initial=result, threads=1, arch=arch)
             values |= {f"{quantity} again": value for quantity, value in end_of(again).items() if quantity in MOTION}
         for quantity, one in result.maxima.items():
             values[f"maximum {quantity}"] = np.array([one.value, one.time, one.cell])
@@ -93,4 +102,6 @@ def main(folder, names):
 
 rank_run.RankState = Watched
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2:])
+    on_gpus = sys.argv[1] == "--cuda"
+    folder, *names = sys.argv[1 + on_gpus :]
+    main(folder, names, "cuda" if on_gpus else "cpu")

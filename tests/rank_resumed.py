@@ -1,4 +1,7 @@
-"""Runs that stop and go on: `mpiexec -n P python rank_resumed.py FOLDER whole|killed|signalled|resumed SCENE..`."""
+"""Runs that stop and go on: `mpiexec -n P python rank_resumed.py FOLDER whole|killed|signalled|resumed SCENE..`.
+
+With `--cuda` before the folder each rank has a GPU.
+"""
 
 import os
 import signal
@@ -31,17 +34,18 @@ def stop_in_step_6(mode):
     return original
 
 
-def main(folder, mode, *names):
+def main(folder, mode, *names, arch="cpu"):
     """Run, stop or resume the scenes; the first rank saves the values of each."""
     warnings.simplefilter("ignore")
     for name in names:
         scene, own = SCENES[name](), Path(folder) / name
         original = stop_in_step_6(mode) if mode in STOPS else DomainState.advance
         if mode == "resumed":
-            result = tc.resume(own, scene, threads=1)
+            result = tc.resume(own, scene, threads=1, arch=arch)
         else:
-            shared = CONTACT_RANKS.get(name)
-            result = tc.simulate(scene, out=own, frames=5, threads=1, checkpoint=CHECKPOINT, contact_ranks=shared)
+            options = {"frames": 5, "threads": 1, "checkpoint": CHECKPOINT, "arch": arch}
+            shared = CONTACT_RANKS.get(name) if arch == "cpu" else None
+            result = tc.simulate(scene, out=own, contact_ranks=shared, **options)
         DomainState.advance = original
         if ranks.is_first_rank():
             values = {"x": result.position, "v": result.velocity, "force": result.contact_node_force}
@@ -51,4 +55,5 @@ def main(folder, mode, *names):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    on_gpus = sys.argv[1] == "--cuda"
+    main(*sys.argv[1 + on_gpus :], arch="cuda" if on_gpus else "cpu")

@@ -66,7 +66,6 @@ def test_all_ranks_end_a_block_of_steps_by_what_all_of_them_have():
 @pytest.mark.parametrize(
     ("field", "scene", "options"),
     [
-        ("arch", {}, {"arch": "cuda"}),
         ("scheme", {}, {"scheme": tc.DiscreteGradient(dt=1e-5)}),
         ("Scene.bodies[0].formulation", {"formulation": "node-averaged"}, {}),
     ],

@@ -71,7 +71,8 @@ from .shared_rigid_rate import measure_shared_rigid_rate
 
 CONTACT_STEPS = (*STEPS, "after")
 NO_PARTS = Rigid()  # rigid parts step in another way (tcontact/planning/device_path.py)
-LOADS, MOTION = "loads", "motion"  # parts of the step with friction layers
+# stages of a step, in launches of their own where something comes between: messages of other ranks, friction layers
+FORCES, LOADS, MOTION = "forces", "loads", "motion"
 
 
 @ti.func
@@ -178,7 +179,7 @@ def load_freely(
 def make_device_contact_step(
     kinds: tuple[tuple[str, str], ...], signature: Signature, threads: int, options: ContactOptions, exact: bool,
     has_supports: bool, driven: bool, has_springs: bool, measured: tuple[int, ...] = (), surface_threads: int = 0,
-    loaded: str = "", damped: str = "", blocks: int = 1, part: str = "",
+    loaded: str = "", damped: str = "", blocks: int = 1, stages: tuple[str, ...] = (FORCES, MOTION),
 ):  # fmt: skip
     """Return the step kernel of a domain with contact, memoised.
 
@@ -188,8 +189,9 @@ def make_device_contact_step(
     has_supports: supports hold or move components; driven: functions of time move some of them;
     has_springs: springs act on boundary nodes; measured, surface_threads: with viscous contact cells, as in
     `make_device_pass`; loaded: "loads", "gravity" if that is a function of time, or "" without (loads.py); blocks: of
-    threads that share the boundary nodes (device_blocks.py); part: with friction layers LOADS, up to what they need, or
-    MOTION, what follows them (device_layers.py), else "".
+    threads that share the boundary nodes (device_blocks.py); stages: of the step in this launch: FORCES of the cells at
+    all nodes, with which ordinary nodes move, LOADS of the boundary nodes up to what friction layers need
+    (device_layers.py), MOTION of the boundary nodes, with their loads where there are no layers.
     """
     pulled = loaded == "gravity"
     cell_loop, node_loop = make_loops(kinds, threads, damped, True, pulled)
@@ -317,21 +319,21 @@ def make_device_contact_step(
         pairs: ti.template(), system: ti.template(), rigid: ti.template(), launch: ti.template(),
     ):  # fmt: skip
         steps = ti.static([kick_before, kick_after, drift, g0, g1, g2])
-        if ti.static(part != MOTION):
+        if ti.static(FORCES in stages):
             for i in ti.static(range(len(kinds))):
                 cell_loop(i, offer, commit, before, body, lists)
             node_loop(offer, steps, body, lists)
             for n in ti.static(range(len(measured))):
                 viscous_loop(n, before, body, lists, launch)
-        if ti.static(blocks > 1):
-            boundary_launches(
-                offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, system, launch
-            )
-        elif ti.static(part == LOADS):
+        if ti.static(LOADS in stages):
             load_block(
                 offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, system, launch
             )
-        else:
+        if ti.static(MOTION in stages and blocks > 1):
+            boundary_launches(
+                offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, system, launch
+            )
+        elif ti.static(MOTION in stages):
             boundary_block(
                 offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, pairs, system,
                 rigid, launch,

@@ -93,12 +93,17 @@ def part(array: Array, first: int, count: int) -> np.ndarray:
     return array.read(first, count) if isinstance(array, Part) else read(array, _type(array), first, count)
 
 
+def placed(array: Array) -> tuple[Array, int]:
+    """Return what a launch is given for an array of a GPU, and where it begins there: in a joint array, or at 0."""
+    return array.place if isinstance(array, Part) else (array, 0)
+
+
 def copy(source: Array, target: Array) -> None:
     """Copy the values of an array to one of the same type and size, on the device."""
     if isinstance(source, np.ndarray):
         target[:] = source
         return
-    (given, first), (taking, start) = (one.place if isinstance(one, Part) else (one, 0) for one in (source, target))
+    (given, first), (taking, start) = placed(source), placed(target)
     copies(_type(source))(given, first, taking, start, int(np.prod(source.shape)))
 
 

@@ -1,13 +1,20 @@
-"""What the CUDA driver says of the device, asked without Taichi: nothing is started that stays."""
+"""What the CUDA driver says of the device, asked without Taichi: nothing is started that stays.
+
+Where a launcher has started several processes on a machine, they take its devices in turn.
+"""
 
 from __future__ import annotations
 
 import ctypes
+import os
 from dataclasses import dataclass
 from typing import Any
 
+from .ranks import number_on_machine
+
 LIBRARIES = ("libcuda.so", "libcuda.so.1")  # in the order in which Taichi looks for the driver
 NAME = 100  # characters of the name of a device
+VISIBLE = "CUDA_VISIBLE_DEVICES"  # environment: the devices that the driver shows, when it starts
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,8 @@ def find_device() -> Device:
 
 
 def count_devices() -> int:
-    """Return the number of devices, at least 1. Raises `NoDevice`."""
+    """Return the number of devices, at least 1: of several ranks on a machine each sees one. Raises `NoDevice`."""
+    take_turn()
     driver = _driver()
     if code := driver.cuInit(0):
         raise NoDevice(f"the driver does not start (error {code}{_named(driver, code)})")
@@ -46,6 +54,28 @@ def count_devices() -> int:
     if driver.cuDeviceGetCount(ctypes.byref(count)) or count.value == 0:
         raise NoDevice("the driver finds no device (CUDA_VISIBLE_DEVICES may hide it)")
     return count.value
+
+
+def take_turn() -> None:
+    """Let a rank see one device of its machine: that of its turn, before the driver starts, which looks then."""
+    number = number_on_machine()
+    if number is None:
+        return
+    named = os.environ.get(VISIBLE)
+    names = [str(one) for one in range(_installed())] if named is None else named.split(",")
+    if len(names) > 1:
+        os.environ[VISIBLE] = names[number % len(names)]
+
+
+def _installed() -> int:
+    """Return the number of devices of the machine, which a library tells without the driver; 0 where it is missing."""
+    try:
+        library = ctypes.CDLL("libnvidia-ml.so.1")
+        count = ctypes.c_uint(0)
+        failed = library.nvmlInit_v2() or library.nvmlDeviceGetCount_v2(ctypes.byref(count))
+    except (OSError, AttributeError):
+        return 0
+    return 0 if failed else count.value
 
 
 def _driver() -> Any:

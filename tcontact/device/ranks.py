@@ -22,6 +22,7 @@ VARIABLES = (
 # processes that the launcher has started on this machine: MPICH and Intel MPI, Open MPI; of Slurm "4(x2),3" for three
 BESIDE = ("MPI_LOCALNRANKS", "OMPI_COMM_WORLD_LOCAL_SIZE")
 SLURM_BESIDE = "SLURM_STEP_TASKS_PER_NODE"
+NUMBERED = ("MPI_LOCALRANKID", "OMPI_COMM_WORLD_LOCAL_RANK", "SLURM_LOCALID")  # number of this one among these
 OWNER = "TCONTACT_RANK"  # number of the process that is a rank, for those that it starts
 
 
@@ -57,6 +58,14 @@ def cores_of_a_rank() -> int:
     tasks = [part.partition("(")[0] for part in os.environ.get(SLURM_BESIDE, "").split(",")]
     known += [max(int(number) for number in tasks)] if all(number.isdigit() for number in tasks) else [count]
     return max(1, min(cores, (os.cpu_count() or 1) // max(1, known[0])))
+
+
+def number_on_machine() -> int | None:
+    """Return the number of this process among those that a launcher has started here; None for a single process."""
+    if launched()[0] == 1:
+        return None
+    known = [int(os.environ[name]) for name in NUMBERED if os.environ.get(name, "").isdigit()]
+    return known[0] if known else launched()[1]
 
 
 def checked(comm: Any) -> Any:

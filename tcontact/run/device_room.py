@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..base.errors import InputError
@@ -20,10 +21,18 @@ def check_scheme(scheme: Any, arch: str) -> None:
         raise InputError("arch", arch, remedy)
 
 
-def check_device(planned: Plan, arch: str) -> None:
+def check_same(head: Mapping[str, Any], arch: str) -> None:
+    """Refuse to go on elsewhere than the run that wrote a checkpoint; head: its plain data. Raises `InputError`."""
+    kept = head.get("arch", arch)
+    if arch != kept:
+        raise InputError("arch", arch, f"the run computes on {kept!r}; resume it with arch={kept!r}, or run again")
+
+
+def check_device(planned: Plan, arch: str, together: Callable[[int], int] = int) -> None:
     """Refuse arch="cuda" without a device, and a plan that is too large for its memory. Raises `InputError`.
 
     In a process that runs on the device already, memory counts as free which Taichi holds for later arrays.
+    together: gives the bytes that all processes need which share the device, from those of this one.
     """
     if arch != "cuda":
         return
@@ -36,7 +45,7 @@ def check_device(planned: Plan, arch: str) -> None:
         remedy = f"arrays have at most {PLACES} numbers there and the largest one would have {places}; coarsen the mesh"
         raise InputError("arch", arch, f"{remedy} or use arch='cpu'")
     there = device.total if runtime.arch() == "cuda" else device.free
-    needed = plan_bytes(planned) + RESERVE
+    needed = together(plan_bytes(planned) + RESERVE)
     if needed > there:
         cells = sum(block.count for domain in planned.domains for block in domain.blocks)
         share = int(cells * max(there - RESERVE, 0) / (needed - RESERVE))

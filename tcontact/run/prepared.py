@@ -67,5 +67,5 @@ def checkpoint_head(
     """Return the plain data of the checkpoints of a run; history: rows between two kept ones, and their most."""
     head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
     head |= {"history_every": history[0], "pressures": pressures, "fields": list(fields)}
-    head |= {"chunks": chunks_for(runtime.threads()), "precision": precision}
+    head |= {"chunks": chunks_for(runtime.threads()), "precision": precision, "arch": runtime.arch()}
     return head | {"history_rows": history[1], "origin": dict(options.origin), "keep": options.keep}

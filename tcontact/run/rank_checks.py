@@ -21,8 +21,6 @@ def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
     """Refuse what runs on one rank alone. Raises `InputError`, which names the first such field."""
     if scheme.implicit:
         raise InputError("scheme", scheme.name, f"an implicit scheme {ONE_RANK}")
-    if arch != "cpu":
-        raise InputError("arch", arch, f"a GPU {ONE_RANK}")
     for number, body in enumerate(scene.bodies):
         if any(AVERAGED in block.element for block in body.blocks):
             raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, f"an average at nodes {ONE_RANK}")

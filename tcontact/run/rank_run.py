@@ -13,7 +13,6 @@ import traceback
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -25,10 +24,8 @@ from ..base import stages
 from ..base.errors import InputError, OutputError
 from ..base.memory import give_back
 from ..contact.pairs.pair_contact import check_starts
-from ..device import runtime
 from ..device.ranks import passed_on
 from ..device.team import Team
-from ..friction_layer import LayerState
 from ..planning.partition.body_part import BodyPart
 from ..planning.partition.domain_part import DomainPart
 from ..planning.partition.outline import PlanOutline, forget_cells, forget_places
@@ -44,6 +41,7 @@ from .body_search import body_search
 from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import compare, fingerprint
 from .checkpoint.keeper import Start, start_of
+from .device_room import check_same
 from .end_state import forces_and_points, motion
 from .folder_lock import locked
 from .guards import Guards
@@ -53,6 +51,8 @@ from .part_mesh import RankMesh
 from .part_recorder import PartRecorder, goes_on_with_parts
 from .prepared import checkpoint_head, finished_plan, start_layers
 from .progress import ProgressBar
+from .rank_asked import Asked
+from .rank_devices import check_as_many, sharing, start_on_ranks
 from .rank_files import RankKeeper, RankRecorder, SilentRecorder, latest_of_all, on_first
 from .rank_lead import RankGuards, RankLooks
 from .rank_plan import plan_and_parts
@@ -238,28 +238,6 @@ def ending_all(team: Team) -> Iterator[None]:
         os._exit(1)  # where the launcher takes a moment
 
 
-@dataclass(frozen=True)
-class Asked:
-    """What `simulate` was asked for, checked.
-
-    start: displacement and velocity [n, 3] of every body; layers, points: what the run takes over; fields: of frames;
-    history: rows between two that are kept, and their largest number; contact_ranks: number of ranks that share the
-    contact, None: chosen (`cut_domain`).
-    """
-
-    scene: Scene
-    scheme: Any
-    start: Start
-    layers: tuple[LayerState | None, ...]
-    points: tuple[tuple[np.ndarray, ...], ...]
-    frames: int
-    fields: Sequence[str]
-    history: tuple[int, int]
-    pressures: bool
-    precision: str
-    contact_ranks: int | None = None
-
-
 def simulate_on_ranks(
     team: Team,
     asked: Asked,
@@ -286,10 +264,10 @@ def simulate_on_ranks(
             team,
             scene,
             lambda: finished_plan(scene, asked.scheme, asked.precision, fields),
-            asked.contact_ranks,
+            sharing(asked.contact_ranks, asked.arch),
         )
         stages.say("starting the compiler")
-        runtime.start("cpu", threads)
+        start_on_ranks(team, scene, parts, asked.arch, threads)
         check_laws(scene, asked.scheme)
         on_first(team, lambda: check_starts(planned.domains, asked.start[0]))  # type: ignore[arg-type]
         if folder is not None:
@@ -328,6 +306,7 @@ def resume_on_ranks(
     progress: bool,
     options: Checkpoint | None,
     precision: str | None,
+    arch: str = "cpu",
 ) -> Result:
     """Go on with a run, see `resume`: with the bits of one that never stopped where as many ranks have started it.
 
@@ -349,6 +328,8 @@ def resume_on_ranks(
         if precision not in (None, head["precision"]):
             raise InputError("precision", precision, f"the run computes in {head['precision']!r}; resume it so")
         before = stored[0].ranks
+        check_same(head, arch)
+        check_as_many(before, team.size, arch)
 
         def make() -> Plan:
             found = finished_plan(scene, scheme, head["precision"], head["fields"])
@@ -356,8 +337,9 @@ def resume_on_ranks(
                 domain.chunks = head["chunks"]
             return found
 
-        planned, parts = plan_and_parts(team, scene, make, head.get("contact_ranks"), before != team.size)
-        runtime.start("cpu", threads)
+        shared = sharing(head.get("contact_ranks"), arch)
+        planned, parts = plan_and_parts(team, scene, make, shared, before != team.size)
+        start_on_ranks(team, scene, parts, arch, threads)
         history = head["history_every"], head["history_rows"]
         begin = start or ([b.initial_displacement for b in scene.bodies], [b.initial_velocity for b in scene.bodies])
         kept = head["fields"], history, head["pressures"], head["precision"], head.get("contact_ranks")

@@ -21,7 +21,7 @@ from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import compare, fingerprint
 from .checkpoint.keeper import Keeper, start_of
 from .checkpoint.options import checked
-from .device_room import check_device, check_scheme
+from .device_room import check_device, check_same, check_scheme
 from .folder_lock import locked
 from .initial_state import start_of_scene
 from .interrupts import pools_served
@@ -31,6 +31,7 @@ from .precision import check_precision, set_precision
 from .prepared import record_friction
 from .progress import ProgressBar
 from .rank_checks import check_alike, check_ranks
+from .rank_devices import check_as_many
 from .rank_recut import other_ranks, restore_parts
 from .rank_run import resume_on_ranks
 from .recorder import FILE, Recorder, writing_beside
@@ -73,7 +74,7 @@ def resume(
     if together is not None:
         check_alike(together, scene, scheme, {"arch": arch, "checkpoint": options, "precision": precision})
         check_ranks(scene, scheme, arch, together.size)
-        return resume_on_ranks(together, path, scene, scheme, threads, progress, options, precision)
+        return resume_on_ranks(together, path, scene, scheme, threads, progress, options, precision, arch)
     with pools_served(), runtime.turn, locked(path):
         every = latest(path)
         stored = every[0]
@@ -83,6 +84,8 @@ def resume(
         if precision is not None and precision != kept:
             raise InputError("precision", precision, f"the run computes in {kept!r}; resume it so, or run again")
         check_precision(kept, scheme, arch)
+        check_same(stored.head, arch)
+        check_as_many(stored.ranks, 1, arch)
         check_scheme(scheme, arch)
         planned = plan(scene)
         scheme.check(planned)
@@ -118,7 +121,7 @@ def resume(
             raise InputError("folder", str(stored.path), remedy) from error
         recorder = Recorder(path, scene, run.states, " + ".join(planned.terms), head["fields"], stored.head["frames"])
         head |= {"origin": stored.head["origin"], "versions": versions()}
-        head["contact_ranks"] = stored.head.get("contact_ranks")
+        head |= {"contact_ranks": stored.head.get("contact_ranks"), "arch": arch}
         if options is not None:
             head |= {"origin": dict(options.origin) or head["origin"], "keep": options.keep or head["keep"]}
         keeper = Keeper(options, path, new, recorder, head, start)

@@ -32,8 +32,9 @@ from .loop import Run
 from .precision import check_precision
 from .prepared import checkpoint_head, finished_plan, start_layers
 from .progress import ProgressBar
+from .rank_asked import Asked
 from .rank_checks import check_alike, check_ranks, check_same_start
-from .rank_run import Asked, simulate_on_ranks
+from .rank_run import simulate_on_ranks
 from .recorder import Recorder, check_folder, made_folder, writing_beside
 from .written_run import carry_out
 
@@ -123,7 +124,8 @@ def simulate(
     if together is not None:
         wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
         rows = history_every, history_rows
-        asked = Asked(scene, scheme, start, layers, points, frames, wanted, rows, pressures, precision, contact_ranks)
+        others = pressures, precision, contact_ranks, arch
+        asked = Asked(scene, scheme, start, layers, points, frames, wanted, rows, *others)
         own = None if initial is None else start
         return simulate_on_ranks(together, asked, out, options, own, threads, progress)
     folder = None if out is None else check_folder(out)

@@ -12,7 +12,7 @@ from ...kernels.lanes import BLOCK_THREADS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.rigid_bodies import RigidBodies
 from ...planning.domain import Domain
-from .device_terms import DeviceTermSteps
+from .device_terms import DeviceTermSteps, Shared
 
 
 class DeviceBoundarySteps(DeviceTermSteps):
@@ -32,12 +32,13 @@ class DeviceBoundarySteps(DeviceTermSteps):
         contact: ContactTerm | None,
         supports: Supports | None,
         rigid: RigidBodies | None = None,
+        shared: Shared | None = None,
     ) -> None:
         from ...kernels.language.bundles import ContactOptions, Launch
         from ...kernels.language.signatures import arguments, signature_of
         from ...kernels.step.device_contact import make_device_contact_step
 
-        super().__init__(domain, groups, force, u, v, boundary, contact)
+        super().__init__(domain, groups, force, u, v, boundary, contact, shared)
         own, terms = self._own, self._term_bundles(boundary, contact)
         options = (ContactOptions() if contact is None else contact.options)._replace(threads=BLOCK_THREADS)
         if self.layers is not None:
@@ -55,11 +56,12 @@ class DeviceBoundarySteps(DeviceTermSteps):
         has = True, supports is not None, bool(domain.driven), bool(domain.springs)
         parts = domain.kinds, signature_of(step), force.threads, options, *has
         options_of = domain.options | {"loaded": self.loads.name}
-        self._steps = self._parts_of_step(lambda part: make_device_contact_step(*parts, **options_of, part=part))
+        made = make_device_contact_step
+        self._steps = self._launches(lambda stages: made(*parts, **options_of, stages=stages))
         self._bundles, self._parts = (step,), (arguments(step),)
         self._keep_terms(contact, rigid)
 
-    def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
+    def take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
         self._begin_pairs()
         offer, taken, built = 0, 0, self.rows_built
         while taken < rows and self.rows_built == built:

@@ -22,7 +22,7 @@ from ...planning.device_lists import colour_lists, parts_of, residual_donors, su
 from ...planning.domain import Domain
 from . import device_offers
 from .device_sweeps import DeviceSweeps
-from .device_terms import DeviceTermSteps
+from .device_terms import DeviceTermSteps, Shared
 
 KERNELS = 6  # that a launch of a step or a pass starts, about
 FEWEST_PASSES = 2  # of the static solve that a step of the first block offers
@@ -47,6 +47,7 @@ class DeviceContactSteps(DeviceTermSteps):
         contact: MasslessContactTerm,
         supports: Supports | None = None,
         rigid: RigidBodies | None = None,
+        shared: Shared | None = None,
     ) -> None:
         from ...kernels.language.signatures import arguments, signature_of
         from ...kernels.step import device_contact
@@ -54,7 +55,7 @@ class DeviceContactSteps(DeviceTermSteps):
         options = contact.options._replace(threads=BLOCK_THREADS)
         blocks = contact_blocks(domain, options)
         colours = sweep_colours(domain, contact.static_solve.islands, blocks, options)
-        super().__init__(domain, groups, force, u, v, boundary, contact, contact.viscous, blocks)
+        super().__init__(domain, groups, force, u, v, boundary, contact, shared, contact.viscous, blocks)
         if self.layers is not None:
             options = options._replace(layers=self.layers.options)
         self.contact, self._cells = contact, contact.cell_viscosity
@@ -71,7 +72,7 @@ class DeviceContactSteps(DeviceTermSteps):
         of_step = domain.kinds, signature_of(step), force.threads, options, *has, *cells
         options_of = domain.options | {"loaded": self.loads.name, "blocks": blocks}
         made = device_contact.make_device_contact_step
-        self._steps = self._parts_of_step(lambda part: made(*of_step, **options_of, part=part))
+        self._steps = self._launches(lambda stages: made(*of_step, **options_of, stages=stages))
         self._start = Prepared(device_contact.make_device_start(signature_of(start), options, exact))
         of_pass = domain.kinds, measured, signature_of(solved), threads, options, contact.plain, blocks, colours
         self._pass = Prepared(device_contact.make_device_pass(*of_pass))
@@ -239,7 +240,7 @@ class DeviceContactSteps(DeviceTermSteps):
             costs = [one + cost for cost in self._sweeps.costs]
         self.passes = device_offers.passes(control[names.SOLVES : names.DEVICE_CONTROL], step, costs)
 
-    def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
+    def take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
         """Take up to `rows` steps, fewer where a static solve does not converge; return their raw rows."""
         self._begin_pairs()
         if steps[1] > 0.0:
@@ -257,6 +258,7 @@ class DeviceContactSteps(DeviceTermSteps):
             self._learn(control, taken)
             if control[names.WANTS] == names.A_LOOK or self.rows_built != built:
                 break
+        self._pass_over(rows - taken)
         boundary = self._rows_of(control, taken)
         found = self.force.ledger_rows(taken)
         if self._cells is not None:  # no rate of theirs is watched: the search for the stable step knows them

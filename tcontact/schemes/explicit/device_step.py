@@ -61,11 +61,11 @@ class DeviceSteps:
         kicks [s]: before, after, drift; steps [s]: those that end and start at the first row. The last row returned is
         the first one beyond the limits, if there is any; here none has a viscous rate.
         """
-        self._begin_block()
         if rows > 1:
-            for source, target in zip(self._state, self._kept, strict=True):
-                arrays.copy(source, target)
-        found = self._take(kicks, steps, rows)
+            self.keep()
+        else:
+            self._begin_block()
+        found = self.take(kicks, steps, rows)
         places = self._places
         total = found[:, places.nodes.kinetic] + found[:, places.cells.elastic]
         calm = found[:, places.cells.jacobian_min] > limits.jacobian
@@ -78,12 +78,22 @@ class DeviceSteps:
             calm = calm & (found[:, self._rate_place] <= limits.rigid_rate)
         done = len(found) if calm.all() else int(np.argmin(calm)) + 1
         if done < len(found):
-            for target, source in zip(self._state, self._kept, strict=True):
-                arrays.copy(source, target)
-            self._repeat_block()
-            found = self._take(kicks, steps, done)
+            self.put_back()
+            found = self.take(kicks, steps, done)
         self._end_block()
         return found
+
+    def keep(self) -> None:
+        """Begin a block that may be taken again: keep the state at its start."""
+        self._begin_block()
+        for source, target in zip(self._state, self._kept, strict=True):
+            arrays.copy(source, target)
+
+    def put_back(self) -> None:
+        """Go back to the start of the block that `keep` began, to take it again up to an earlier row."""
+        for target, source in zip(self._state, self._kept, strict=True):
+            arrays.copy(source, target)
+        self._repeat_block()
 
     def _begin_block(self) -> None:
         """Prepare the terms for a block of steps."""
@@ -94,7 +104,7 @@ class DeviceSteps:
     def _end_block(self) -> None:
         """Tell the terms that the block is not taken again."""
 
-    def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
+    def take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
         """Take up to `rows` steps and return the sums of their rows; arguments as of `advance`."""
         u, v = self._state[:2]
         for row in range(rows):

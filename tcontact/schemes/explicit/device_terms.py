@@ -13,6 +13,7 @@ from ...contact.device_layers import DeviceLayers
 from ...contact.layered_friction import LayeredFriction
 from ...contact.term import ContactTerm
 from ...device import arrays
+from ...device.exchange import Exchange
 from ...device.launch import Prepared
 from ...kernels.columns import RIGID, group_size
 from ...kernels.lanes import DEVICE_ROWS
@@ -21,18 +22,21 @@ from ...nodes.boundary_nodes import BoundaryNodes
 from ...nodes.rigid_bodies import RigidBodies
 from ...planning.device_blocks import scratch
 from ...planning.domain import Domain
+from .device_halo import DeviceHalo
 from .device_loads import DeviceLoads
 from .device_pairs import DevicePairs, pair_arguments
 from .device_step import DeviceSteps
 
 LAYERS = len(LAYER_ROW)  # numbers of the friction layers in a row
+Shared = tuple[Exchange, np.ndarray]
 
 
 class DeviceTermSteps(DeviceSteps):
     """Steps in blocks as `DeviceSteps`, of a domain with boundary nodes, whose loads, layers and pairs it knows.
 
     A row on the device has the sums of the boundary nodes, the power of the viscous cells and the numbers of the
-    layers. groups: of the columns in the raw rows of the domain; viscous: it has viscous contact cells; blocks: of
+    layers. groups: of the columns in the raw rows of the domain; shared: where other ranks have copies of its nodes,
+    what adds their forces and which of the boundary nodes these are; viscous: it has viscous contact cells; blocks: of
     threads that share the boundary nodes.
     """
 
@@ -45,6 +49,7 @@ class DeviceTermSteps(DeviceSteps):
         v: arrays.Array,
         boundary: BoundaryNodes,
         contact: ContactTerm | None,
+        shared: Shared | None,
         viscous: bool = False,
         blocks: int = 1,
     ) -> None:
@@ -60,6 +65,11 @@ class DeviceTermSteps(DeviceSteps):
             "shared": arrays.zeros(scratch(blocks)),
             "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * self._row_width),
         }
+        if domain.counted is not None:
+            self._own["counted"] = arrays.put(domain.counted)
+        self.halo: DeviceHalo | None = None
+        if shared is not None:
+            self.halo = DeviceHalo(*shared, force.special_force, self._own["control"])
         self.layers: DeviceLayers | None = None
         if contact is not None and isinstance(friction, LayeredFriction):
             self.layers = DeviceLayers(friction, contact, self._own["control"])
@@ -68,11 +78,12 @@ class DeviceTermSteps(DeviceSteps):
         self.loads = DeviceLoads(domain, force, u, boundary)
         self._bundles: tuple[dict[str, Any], ...] = ()  # of the launches, and their arrays
         self._parts: tuple[tuple[arrays.Array, ...], ...] = ()
-        self._steps: list[Prepared] = []  # the launches of a step; with layers they come between two of them
+        self._steps: list[Prepared] = []  # the launches of a step, between which come messages and layers
 
     def _term_bundles(self, boundary: BoundaryNodes, contact: ContactTerm | None, **more: arrays.Array) -> dict:
         """Return the bundles of boundary nodes, obstacles, rows and contact nodes; more: fields of the last one."""
-        sums, shared = self._own["sums"], {"shared": self._own["shared"]}
+        sums, own = self._own["sums"], ("shared", "counted")
+        shared: dict[str, arrays.Array] = {name: self._own[name] for name in own if name in self._own}
         shared |= {} if self.layers is None else self.layers.arguments()
         shared |= pair_arguments(None if contact is None else contact.pairs)
         return {
@@ -98,20 +109,34 @@ class DeviceTermSteps(DeviceSteps):
             self._rate_place = group_size(*before) + RIGID.rigid_rate
             self._keep([rigid.values, *([] if posed else [contact.obstacles.records])])
 
-    def _parts_of_step(self, make: Callable[[str], Any]) -> list[Prepared]:
-        """Return the launches of a step; make: its kernel, or that of a part (kernels/step/device_contact.py)."""
-        from ...kernels.step.device_contact import LOADS, MOTION
+    def _launches(self, make: Callable[[tuple[str, ...]], Any]) -> list[Prepared]:
+        """Return the launches of a step; make: the kernel of some stages (kernels/step/device_contact.py)."""
+        from ...kernels.step.device_contact import FORCES, LOADS, MOTION
 
-        return [Prepared(make(part)) for part in ([""] if self.layers is None else [LOADS, MOTION])]
+        stages: list[tuple[str, ...]] = [(FORCES,), (MOTION,)]
+        if self.layers is not None:
+            stages.insert(1, (LOADS,))
+        if self.halo is None:  # nothing comes behind the forces
+            stages[:2] = [stages[0] + stages[1]]
+        return [Prepared(make(one)) for one in stages]
 
     def _launch_step(self, offer: int, kicks: tuple[float, float, float], steps: tuple[float, float]) -> None:
         """Offer a step; arguments as of `advance`."""
         commit = int(self.force.memory is not None)
         numbers = [float(number) for number in (steps[0] or self.force.resting, *kicks, *self.force.gravity, steps[1])]
-        self._steps[0](offer, commit, *numbers, *self._parts[0])
+        given, launches = (offer, commit, *numbers, *self._parts[0]), iter(self._steps)
+        next(launches)(*given)
+        if self.halo is not None:
+            self.halo.add()
+            next(launches)(*given)
         if self.layers is not None:
             self.layers.advance(0.5 * (steps[0] + steps[1]))
-            self._steps[1](offer, commit, *numbers, *self._parts[0])
+            next(launches)(*given)
+
+    def _pass_over(self, steps: int) -> None:
+        """Let other ranks go on in steps that this one cannot take."""
+        if self.halo is not None:
+            self.halo.pass_over(steps)
 
     def build_rows(self) -> None:
         """Build the rows of pairs anew."""
@@ -159,5 +184,6 @@ class DeviceTermSteps(DeviceSteps):
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of the steps beside those of their terms."""
-        layers = [] if self.layers is None else self.layers.owned()
-        return [*super().owned(), *self._own.values(), *self.loads.owned(), *layers]
+        others = [] if self.layers is None else self.layers.owned()
+        others += [] if self.halo is None else self.halo.owned()
+        return [*super().owned(), *self._own.values(), *self.loads.owned(), *others]

@@ -25,12 +25,13 @@ from ...planning.node_order import inverse
 from ...planning.partition.domain_part import DomainPart
 from ...scene.contact_models import MasslessContact
 from ...scene.scene import Scene
+from .device_step import DeviceSteps, steps_on_device
 from .rank_stable_step import RankSteps
 from .rank_view import RankView
 from .rewind import Rewind
 from .row_limits import RowLimits
 from .stable_step import StableStep, StableSteps
-from .state import DomainState
+from .state import DomainState, Kicks
 
 
 class RankState(DomainState):
@@ -49,6 +50,11 @@ class RankState(DomainState):
         team: Team,
     ) -> None:
         self.part, self.team = part, team
+        domain, on_device = part.domain, steps_on_device(scene, part.domain)
+        if on_device:
+            self._share_on_device()
+        else:
+            self.halo = team.exchange(part.rows_shared())
         u, v = (
             [values[number][part.bodies[number].part.nodes] for number in part.there]
             for values in (displacement, velocity)
@@ -60,9 +66,7 @@ class RankState(DomainState):
             for place in body.plan.probes
             if not len(place.items)
         )
-        self.halo = team.exchange(part.rows_shared())
-        domain = part.domain
-        self._guests = rows = part.guests() if domain.shared is None else np.zeros(0, dtype=np.int64)
+        self._guests = rows = part.guests() if domain.counted is None else np.zeros(0, dtype=np.int64)
         self._guest_nodes = domain.boundary[rows]
         self._guest_start = domain.reference[self._guest_nodes]
         self._guest_mass = domain.tensors[rows, 0, :1]  # what acts on nodes acts on those of the first rank alone
@@ -78,16 +82,32 @@ class RankState(DomainState):
         self.asks_to_end, self.ending = False, True  # this rank has a signal; some rank may have one
         self._block: list[Sequence[float]] | None = None  # what is watched, of the rows of a block so far
         self._lost = False  # this rank has failed in a row of the block
+        self._stopped: int | None = None  # number of this row, where a GPU takes the block
         self._table: np.ndarray | None = None  # rows of the last block
         self.counts = team.gathered(np.array(len(part.owned))).astype(np.int64)
         contact = self.contact
         self.residual_shares = self._shared_contact()
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
         self._rows = 1 if self._asks else int(team.smallest(len(self._raw)))
-        one_by_one = team.any(bool(domain.pairs) or domain.plastic)  # of other bodies, on other ranks too
-        self._kept = None if one_by_one or self._rows == 1 else Rewind(self)
+        # of other bodies, on other ranks too; a GPU can take a block with metals again
+        one_by_one = team.any(bool(domain.pairs) or (domain.plastic and not on_device))
+        self._rows = 1 if one_by_one and team.any(on_device) else self._rows
+        self._kept: Rewind | DeviceSteps | None = None
+        if not one_by_one and self._rows > 1:
+            self._kept = self.device or Rewind(self)
         self.touching, self.frees = team.any(self.touching), team.any(self.frees)
         self.views = [RankView(self, number) for number in range(len(part.bodies))]
+
+    def _share_on_device(self) -> None:
+        """Prepare for steps on a GPU, whose kernels count the copies of nodes, see `DomainState.shared_on_device`."""
+        part, guests, shared = self.part, self.part.guests(), self.part.rows_shared()
+        if len(guests):
+            part.domain.counted = np.ones(len(part.domain.boundary))
+            part.domain.counted[guests] = 0.0
+        if shared:
+            rows = np.unique(np.concatenate([own for _, own in shared]))
+            places = [(other, np.searchsorted(rows, own)) for other, own in shared]
+            self.shared_on_device = self.team.exchange(places), rows
 
     def _shared_contact(self) -> ResidualShares | None:
         """Make what solves for contact nodes together with other ranks; return what hands over what is left.
@@ -181,6 +201,9 @@ class RankState(DomainState):
         """Advance without a look between the rows; return the rows done, and what is watched [w, n] of all but one."""
         self._block, self._lost = [], False
         done = super().advance(*given, **stop_at)
+        if self.device is not None:
+            of_rows = [self._watched(raw) for raw in self._raw[: done - 1]]
+            self._block = [(*one[:-1], float(row == self._stopped)) for row, one in enumerate(of_rows)]
         watched, self._block, self._lost = np.array(self._block), None, False
         self._pass_over_failed(False)
         return done, watched
@@ -189,6 +212,14 @@ class RankState(DomainState):
         """Let shared solves pass over islands whose last one failed, or not."""
         if self.serial is not None and isinstance(self.serial.copies, SharedSolve):
             self.serial.copies.passes_over_failed = yes
+
+    def _rows_on_device(self, kicks: Kicks, steps: tuple[float, float], rows: int, limits: RowLimits) -> np.ndarray:
+        """Take steps on a GPU; all ranks look at the rows of a block behind it, which are NaN from a failed one on."""
+        if self._block is None or self.device is None:
+            return super()._rows_on_device(kicks, steps, rows, limits)
+        found = self.device.take(kicks, steps, rows)
+        self._stopped = len(found) - 1 if len(found) < rows else None
+        return np.concatenate([found, np.full((rows - len(found), found.shape[1]), np.nan)])
 
     def _take_row(self, raw: np.ndarray, time: float, steps: tuple[float, float]) -> None:
         """Move the boundary nodes, and note the sums of the row without those of guests."""

@@ -34,7 +34,7 @@ from .device_boundary import DeviceBoundarySteps
 from .device_contact import DeviceContactSteps
 from .device_stable_step import stable_steps
 from .device_step import DeviceSteps, steps_on_device
-from .device_terms import DeviceTermSteps
+from .device_terms import DeviceTermSteps, Shared
 from .row_limits import RowLimits
 from .serial_step import SerialStep
 from .stable_step import StableStep, StableSteps
@@ -42,6 +42,7 @@ from .timed import Timed
 
 AT_ONCE = 60  # passes of SMALL cells in one call of `advance` of a larger domain: 20 ms on a thread
 MAXIMUM_AT_ONCE = 32  # rows in such a call
+Kicks = tuple[float, float, float]  # [s]: before, after, drift
 
 
 class DomainState:
@@ -49,10 +50,12 @@ class DomainState:
 
     displacement, velocity: start of every body [n, 3], in the user's numbering; views: one for each body.
     exchange: where another process holds copies of boundary nodes, it is called between the force pass of a large
-    domain and the motion of its boundary nodes, and adds the parts of their force [3*s+c, N] that stand there.
+    domain and the motion of its boundary nodes, and adds the parts of their force [3*s+c, N] that stand there;
+    shared_on_device: what does that in the steps of a GPU, see `DeviceTermSteps`.
     """
 
     exchange: Callable[[arrays.Array], None] | None = None
+    shared_on_device: Shared | None = None
 
     def __init__(
         self,
@@ -139,10 +142,11 @@ class DomainState:
         """Make the steps on a GPU."""
         if self.boundary_nodes is None:
             return DeviceSteps(force, self.u, self.v)
-        parts = force, self.u, self.v, self.boundary_nodes
+        parts = self.domain, self.groups, force, self.u, self.v, self.boundary_nodes
+        others = self.supports, self.rigid, self.shared_on_device
         if isinstance(self.contact, MasslessContactTerm):
-            return DeviceContactSteps(self.domain, self.groups, *parts, self.contact, self.supports, self.rigid)
-        return DeviceBoundarySteps(self.domain, self.groups, *parts, self.contact, self.supports, self.rigid)
+            return DeviceContactSteps(*parts, self.contact, *others)
+        return DeviceBoundarySteps(*parts, self.contact, *others)
 
     def _rigid_bodies(self) -> RigidBodies | None:
         """Make the rigid bodies, and place the obstacles among them."""
@@ -285,8 +289,7 @@ class DomainState:
         if self.device is not None:
             if self.contact is not None and steps[1] > 0.0:
                 self.contact.obstacles.move(np.cumsum([time, *[steps[1]] * rows]))
-            kicks = kick_before, kick_after, drift
-            found = self.device.advance(kicks, steps, rows, limits)
+            found = self._rows_on_device((kick_before, kick_after, drift), steps, rows, limits)
             self._raw[: len(found), : found.shape[1]] = found
             return len(found)
         if self.domain.small and serial is not None:
@@ -314,6 +317,11 @@ class DomainState:
         self._measure(number + 1, steps)
         return number + 1
 
+    def _rows_on_device(self, kicks: Kicks, steps: tuple[float, float], rows: int, limits: RowLimits) -> np.ndarray:
+        """Let a GPU take steps, see `DeviceSteps.advance`; return the sums of their rows."""
+        assert self.device is not None
+        return self.device.advance(kicks, steps, rows, limits)
+
     def _take_row(self, raw: np.ndarray, time: float, steps: tuple[float, float]) -> None:
         """Move the boundary nodes of a large domain behind the force pass, and note the sums of the row."""
         serial = self.serial
@@ -339,7 +347,7 @@ class DomainState:
         """Return what decides it: energy [J], least det F, viscous rate, contact nodes, rigid rate, 1 for a trouble."""
         places, contact = self._places, self.contact
         energy = raw[places.nodes.kinetic] + raw[places.cells.elastic]
-        if self.serial is not None:
+        if self.serial is not None or isinstance(self.device, DeviceTermSteps):
             energy += raw[places.shared.kinetic]
         rate = 0.0 if self.domain.viscosity is None else raw[places.cells.viscous_rate]
         touching, trouble = (0.0, 0.0) if contact is None else (raw[places.shared.contact_nodes], bool(contact.trouble))
