@@ -110,6 +110,11 @@ def sagged():
     return thrown(block(cells=3, shake=0.1), SAGGING, 90.0, duration=1e-2)
 
 
+def sank():
+    """The same after a fall: its solve fails amid a block of steps; for several ranks (test_rank_cuda.py)."""
+    return thrown(block(cells=3, shake=0.1), SAGGING, 90.0, gap=0.3, duration=1e-2)
+
+
 def crushed():
     """A body and a plane that meet so fast that a cell inverts: their last block of steps is taken again."""
     scene, scheme = thrown(block(cells=3, shake=0.1), SAGGING, 30.0, duration=1e-2)

@@ -12,13 +12,13 @@ import cuda_device
 import numpy as np
 import pytest
 import test_ranks
-from test_rank_runs import scale, unlike
+from test_rank_runs import SLOW, differs, scale, unlike
 
 REASON = cuda_device.missing()
 pytestmark = [pytest.mark.cuda, pytest.mark.skipif(bool(REASON), reason=REASON), *test_ranks.pytestmark]
 RANKS = 2
-REASONS = {"crushed": "inverted-cell", "sagged": "not-converged"}
-NAMES = ("layered", "held", "pair", "crushed", "sagged")
+REASONS = {"crushed": "inverted-cell"}
+NAMES = ("layered", "held", "crushed", "sank", *(("pair",) if SLOW else ()))
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def together(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "sank"])
 def test_runs_of_ranks_on_devices_are_those_of_one_process(alone, together, name):
     known, found = (np.load(folder / name / "values.npz") for folder in (alone, together))
     assert known.files == found.files
@@ -51,6 +51,16 @@ def test_runs_of_ranks_on_devices_are_those_of_one_process(alone, together, name
     told = np.load(together / name / "ranks.npz")
     assert told["copies"] == 0  # have other bits
     assert told["touching"] == (name != "held")
+
+
+def test_a_solve_that_fails_amid_a_block_ends_all_ranks_at_its_row(alone, together):
+    """Up to the row before, the rows are those of one process; what a solve leaves that fails depends on rounding."""
+    known, found = (np.load(folder / "sank" / "values.npz") for folder in (alone, together))
+    assert str(found["reason"]) == str(known["reason"]) == "not-converged"
+    assert found["steps"] == known["steps"] > 10
+    for column in ("time", "kinetic", "elastic", "momentum", "contact_force", "impulse"):
+        rows = [values[f"history {column}"][:-1] for values in (known, found)]
+        assert not differs(*rows, 1e-11), column
 
 
 def test_a_run_of_devices_goes_on_with_the_same_bits(together):
