@@ -211,3 +211,21 @@ def test_a_resumed_run_stops_at_the_same_meeting(monkeypatch, tmp_path):
     assert len(copies) >= 3, copies.keys()
     for folder in copies.values():
         same(whole, tc.resume(folder, scene, scheme, checkpoint=1e9))
+
+
+def slabs(speed, gap=GAP, aside=0.0, duration=3.0):
+    """A slab that comes down on another one; neither has sides, since both repeat along x and y."""
+    low = box((0.2, 0.2, 0.1), 2, name="a", periodic="xy")
+    high = box((0.2, 0.2, 0.1), 2, (0.0, 0.0, 0.1 + gap), periodic="xy", velocity=(aside, 0.0, -speed), name="b")
+    return run([low, high], duration * gap / max(speed, 0.1))
+
+
+@pytest.mark.parametrize("speed", [0.5, SPEED, 200.0])
+@pytest.mark.parametrize("aside", [0.0, 150.0])
+def test_periodic_slabs_meet_though_no_sides_of_theirs_cross(speed, aside):
+    """One passes wholly through the other between two places at which the surfaces are apart."""
+    assert meets(slabs(speed, aside=aside), GAP / speed)
+
+
+def test_periodic_slabs_slide_along_each_other():
+    assert slabs(0.0, gap=1e-4, aside=20.0, duration=40.0).ok

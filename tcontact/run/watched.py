@@ -8,10 +8,11 @@ from ..scene.scene import Scene
 
 
 class Run(Protocol):
-    """A run between two steps: its scene, the state of every body, the step [s]."""
+    """A run between two steps: its scene, the state of every body and of every domain, the step [s]."""
 
     scene: Scene
     states: list[Any]
+    domains: list[Any]
     dt: float
 
     def warn(self, text: str, kind: type[Warning] = RuntimeWarning) -> None:

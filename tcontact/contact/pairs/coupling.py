@@ -21,7 +21,7 @@ DROPPED = 1e-4  # area D of a row over the area of its node below which there is
 SINGULAR = 1e-13  # smallest over largest eigenvalue of int N_s N_s^t below which a face has no dual functions
 LARGEST_WEIGHT = 1e3  # beyond it the ordinary shape functions replace the dual ones of a face
 SHARP, FLATTER = 0.95, 0.05  # a slave node below the first flatness takes the normal of masters flatter by the second
-FAR = 3.0  # reach of a pair of faces over that of a slave face
+FAR = 3.0  # reach of a pair of faces over that of a slave face, and of faces that overlap over that of others
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,9 @@ def _coupled(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupli
     face_areas = np.linalg.norm(area_vectors(positions, slave), axis=1)
     near = found[:, at.COMMON_AREA] > 0.0
     closest = np.full(len(slave), np.inf)
-    np.minimum.at(closest, pairs[near, 0], found[near, at.DISTANCE])
+    # what approaches fast stands inside after a step in which it was beyond the reach
+    distance = np.where(found[:, at.POINT_GAP] < 0.0, found[:, at.DISTANCE] / FAR, found[:, at.DISTANCE])
+    np.minimum.at(closest, pairs[near, 0], distance[near])
     near &= (found[:, at.DISTANCE] <= FAR * facing.reach) & (closest[pairs[:, 0]] <= facing.reach)
     covered = np.bincount(pairs[near, 0], found[near, at.COMMON_AREA], len(slave))
     near &= (covered > COVERED * face_areas)[pairs[:, 0]]

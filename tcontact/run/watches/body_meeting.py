@@ -4,7 +4,8 @@ Every pair of bodies has a clearance, a lower bound of the distance of their sur
 and the next look comes before it can be 0. Then it is measured anew: by the boxes of both bodies, swept since the last
 look; where these overlap, by the surfaces, at so many places on the way that neither moves by more than half a cell
 between two. A look costs little, and bodies whose boxes overlap, such as a ball in a ring, may pass while their
-surfaces stay apart.
+surfaces stay apart. Surfaces of periodic bodies have no sides, which would cross where they pass through each other:
+their nodes are looked for inside the other body.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ SOON = 16  # rows until the next look for which a clearance is measured
 TOUCH = 1e-6  # distance over the shortest edge of both surfaces below which they meet
 AHEAD = 2.0  # speed until the next look over the present speed
 MAXIMUM_PLACES = 1000  # maximum number of places on the way of one step
+SAMPLES = 64  # most nodes of a periodic surface that are looked for inside another body
 NO_PAIR = "pairs need the faces that meet in Body.contact of both bodies, both names in Scene.pairs, and explicit steps"
 
 
@@ -136,11 +138,17 @@ class BodyMeeting:
                     return 0.0
             return found
 
-        free, near = 0.0, reach
+        def entered(part: float) -> bool:
+            there = [before + part * (after - before) for before, after in ways]
+            return _inside(there[0], there[1], other, period) or _inside(there[1], there[0], one, period)
+
+        free, near, repeats = 0.0, reach, bool(period.any())
         for part in np.arange(0 if begin else 1, places + 1) / places:
             near = distance(part)
-            if near <= TOUCH * edge:
-                return _first(lambda where: distance(where) <= TOUCH * edge, free, float(part))
+            if near <= TOUCH * edge or (repeats and entered(part)):
+                return _first(
+                    lambda where: distance(where) <= TOUCH * edge or (repeats and entered(where)), free, float(part)
+                )
             free = float(part)
         self._clearance[pair] = near
         return None
@@ -179,6 +187,16 @@ def _shifts(there: list[np.ndarray], period: np.ndarray, reach: float) -> list[n
         high = there[1][:, axis].max() + reach - there[0][:, axis].min()
         steps.append(period[axis] * np.arange(np.ceil(low / period[axis]), np.floor(high / period[axis]) + 1.0))
     return [np.array(shift) for shift in itertools.product(*steps)]
+
+
+def _inside(nodes: np.ndarray, other: np.ndarray, surface: Surface, period: np.ndarray) -> bool:
+    """Return whether some of the nodes [n, 3] are inside another body, nodes [k, 3] of a surface, or an image of it."""
+    low, high = other.min(axis=0), other.max(axis=0)
+    length = np.where(period > 0.0, period, 1.0)
+    near = nodes - np.where(period > 0.0, np.floor((nodes - low) / length), 0.0) * length
+    near = near[((near >= low) & (near <= high)).all(axis=1)]
+    near = near[:: -(-len(near) // SAMPLES)] if len(near) else near
+    return any(winding_number(node, other[surface.closed]) > 0.5 for node in near)
 
 
 def _nested(first: np.ndarray, own: np.ndarray, second: np.ndarray, other: np.ndarray) -> bool:

@@ -1,8 +1,8 @@
 """Stop a run in which a body of a pair gets deep into the other one: contact was missed, or has no faces there.
 
-Contact between two bodies keeps the nodes of their contact faces apart. Other faces of the two may meet, and bodies
-that go far in one step may pass the faces of each other unseen. A surface node that stands deeper in the other body
-than an edge of the finer surface shows it.
+Contact between two bodies keeps the nodes of their contact faces apart. Other faces of the two may meet: a surface node
+that stands deeper in the other body than an edge of the finer surface shows it. Bodies that go further in one step than
+contact reaches would pass the faces of each other unseen: they are stopped before they meet.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import functools
 
 import numpy as np
 
+from ...contact.pairs.coupling import FAR
 from ...mesh.triangle_distance import smallest_distance, winding_number
 from ..guards import Stop
 from ..watched import Run
@@ -32,6 +33,7 @@ class PairOverlap:
         self._surfaces = [Surface(body, state) for body, state in zip(run.scene.bodies, run.states, strict=True)]
         self._before = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
         self.due, self._seen = 0, -1
+        self._seen_by_contact = _depths(run)
 
     @staticmethod
     def of(run: Run) -> PairOverlap | None:
@@ -52,13 +54,34 @@ class PairOverlap:
                 place = _deep_node(now[one], now[other], self._surfaces[other].closed, deep)
                 if place is not None:
                     return _overlap(run.scene.label(one), run.scene.label(other), place, time + step)
-            moved = [now[number] - self._before[number] for number in (pair.first, pair.second)]
-            speed = float(np.linalg.norm(moved[0].mean(axis=0) - moved[1].mean(axis=0))) / rows
-            speed += sum(float(np.linalg.norm(part - part.mean(axis=0), axis=1).max()) for part in moved) / rows
+            moved = [(now[number] - self._before[number]) / rows for number in (pair.first, pair.second)]
+            way = moved[0].mean(axis=0) - moved[1].mean(axis=0)  # of one body against the other in a step
+            speed = float(np.linalg.norm(way))
+            closing = way @ (now[pair.first].mean(axis=0) - now[pair.second].mean(axis=0)) < 0.0
+            if closing and speed > self._seen_by_contact[pair.first, pair.second] and apart <= AHEAD * speed:
+                return _too_fast(run.scene.label(pair.first), run.scene.label(pair.second), speed, time + step)
+            speed += sum(float(np.linalg.norm(part - part.mean(axis=0), axis=1).max()) for part in moved)
             wait = min(wait, (apart + deep) / (AHEAD * speed) if speed > 0.0 else wait)
         self.due = row + int(np.clip(wait, 1, RARELY))
         self._before, self._seen = now, row
         return None
+
+
+def _depths(run: Run) -> dict[tuple[int, int], float]:
+    """Return for both bodies of every pair how deep [m] contact sees the surface of one in the other."""
+    found = {}
+    for domain in run.domains:
+        pairs = None if domain.contact is None else domain.contact.pairs
+        for facing in [] if pairs is None else pairs.facings:
+            for number in np.unique(facing.pair[facing.pair >= 0]):
+                one = domain.domain.pairs[number]
+                found[one.first, one.second] = FAR * facing.reach
+    return found
+
+
+def _too_fast(one: str, other: str, way: float, time: float) -> Stop:
+    text = f"bodies {one} and {other} come {way:.3g} m closer in a step at t = {time:.6g} s, further than contact sees"
+    return Stop("missed-contact", f"{text} (three quarters of a face): give a smaller cfl, or coarser contact faces")
 
 
 def _deep_node(nodes: np.ndarray, other: np.ndarray, closed: np.ndarray, deep: float) -> np.ndarray | None:
