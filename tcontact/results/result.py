@@ -14,10 +14,11 @@ from ..device.team import Team, team
 from ..friction_layer import LayerState
 from ..scene.scene import Scene
 from .outcome import Outcome
+from .pair_memory import PairMemory
 from .smoothness import PressureRecord
 
 # fields with values of nodes and cells, which of several ranks the first one alone has (elsewhere.py)
-ON_FIRST = ("position", "velocity", "contact_node_force", "layers", "metals", "points")
+ON_FIRST = ("position", "velocity", "contact_node_force", "layers", "metals", "points", "pairs")
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,13 @@ class Result(Outcome):
     can touch, if `simulate` was asked for `pressures`; layers: the friction layers of every body at the end, None for
     one without (`friction_layer.LayerState`); metals: with metals "plastic_strain" and "temperature" [K] of every cell
     at the end, in the user's numbering, bodies stacked in order, NaN in cells of other materials; points: where a law
-    keeps a state, of every body the numbers of each of its blocks [cells, points, numbers], with which
-    `simulate(initial=)` goes on; maxima: by the names in `Scene.maxima` the largest value of all cells and all steps,
-    also those that the history does not keep; precision: "f64" or "mixed", as `simulate` was asked for; file: the
+    keeps a state, of every body the numbers of each of its blocks [cells, points, numbers], and pairs: where bodies are
+    in contact with each other, what that remembers (`PairMemory`): with both `simulate(initial=)` goes on; maxima: by
+    the names in `Scene.maxima` the largest value of all cells and all steps, also those that the history does not keep;
+    precision: "f64" or "mixed", as `simulate` was asked for; file: the
     result file, if `simulate` was asked for `out`. `tcontact.open_result` reads such a run back.
     Of several ranks that share a run the first one has all this; on the others what belongs to nodes and cells
-    (position, velocity, contact_node_force, layers, metals, points) raises `InputError`, see `on_all_ranks`.
+    (position, velocity, contact_node_force, layers, metals, points, pairs) raises `InputError`, see `on_all_ranks`.
     """
 
     ok: bool
@@ -77,6 +79,7 @@ class Result(Outcome):
     layers: tuple[LayerState | None, ...] = ()
     metals: dict[str, np.ndarray] = field(default_factory=dict)
     points: tuple[tuple[np.ndarray, ...], ...] = ()
+    pairs: PairMemory | None = None
     maxima: dict[str, Maximum] = field(default_factory=dict)
     precision: str = "f64"
     file: Path | None = None

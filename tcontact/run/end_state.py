@@ -10,6 +10,7 @@ from ..cells.point_state import has_state, metal_fields
 from ..mesh.geometry import joined
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
+from ..schemes.explicit.pair_memory import remembered
 from .snapshot import Snapshot
 
 
@@ -31,6 +32,7 @@ def forces_and_points(scene: Scene, states: list[BodyView]) -> dict[str, Any]:
         "layers": tuple(state.layers() for state in states),
         "metals": metal_fields(scene.bodies, points) if scene.plastic else {},
         "points": points,
+        "pairs": remembered(scene, states),
     }
 
 

@@ -11,8 +11,10 @@ from ..friction_layer import LayerState
 from ..planning.packing import chunks_for
 from ..planning.planning import Plan, plan
 from ..results import frame_fields
+from ..results.pair_memory import PairMemory
 from ..results.report import versions
 from ..scene.scene import Scene
+from ..schemes.explicit.pair_memory import go_on
 from .checkpoint import Checkpoint
 from .checkpoint.fingerprint import fingerprint
 from .loop import Run
@@ -48,8 +50,9 @@ def _warn_steep(scene: Scene, planned: Plan) -> None:
         )
 
 
-def start_layers(run: Run, layers: tuple[LayerState | None, ...]) -> None:
-    """Start from the friction layers of another run, one for each body."""
+def start_terms(run: Run, layers: tuple[LayerState | None, ...], pairs: PairMemory | None) -> None:
+    """Start from the friction layers of another run, one for each body, and from what its pairs of bodies remember."""
+    go_on(run.domains, run.scene, pairs)
     for state, left in zip(run.states, layers, strict=bool(layers)):
         if left is not None:
             state.start_layers(left)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..friction_layer import LayerState
+from ..results.pair_memory import PairMemory
 from ..scene.scene import Scene
 from .checkpoint.keeper import Start
 
@@ -17,9 +18,9 @@ from .checkpoint.keeper import Start
 class Asked:
     """What `simulate` was asked for, checked.
 
-    start: displacement and velocity [n, 3] of every body; layers, points: what the run takes over; fields: of frames;
-    history: rows between two that are kept, and their largest number; contact_ranks: number of ranks that share the
-    contact, None: chosen (`cut_domain`); arch: the backend.
+    start: displacement and velocity [n, 3] of every body; layers, points, pairs: what the run takes over; fields: of
+    frames; history: rows between two that are kept, and their largest number; contact_ranks: number of ranks that share
+    the contact, None: chosen (`cut_domain`); arch: the backend.
     """
 
     scene: Scene
@@ -27,6 +28,7 @@ class Asked:
     start: Start
     layers: tuple[LayerState | None, ...]
     points: tuple[tuple[np.ndarray, ...], ...]
+    pairs: PairMemory | None
     frames: int
     fields: Sequence[str]
     history: tuple[int, int]

@@ -49,7 +49,7 @@ from .law_checks import check_laws
 from .loop import Run
 from .part_mesh import RankMesh
 from .part_recorder import PartRecorder, goes_on_with_parts
-from .prepared import checkpoint_head, finished_plan, start_layers
+from .prepared import checkpoint_head, finished_plan, start_terms
 from .progress import ProgressBar
 from .rank_asked import Asked
 from .rank_devices import check_as_many, sharing, start_on_ranks
@@ -290,7 +290,7 @@ def simulate_on_ranks(
                 if asked.points:
                     new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
                 keeper = _keeper(team, options, folder, new, recorder, head, kept)
-        start_layers(run, asked.layers)
+        start_terms(run, asked.layers, asked.pairs)
         with ProgressBar(scene.duration, "simulate", progress and team.leads) as bar:
             if recorder is None or folder is None:
                 return run.go(asked.frames, None, bar, started)
@@ -343,7 +343,7 @@ def resume_on_ranks(
         history = head["history_every"], head["history_rows"]
         begin = start or ([b.initial_displacement for b in scene.bodies], [b.initial_velocity for b in scene.bodies])
         kept = head["fields"], history, head["pressures"], head["precision"], head.get("contact_ranks")
-        asked = Asked(scene, scheme, begin, (), (), 0, *kept)
+        asked = Asked(scene, scheme, begin, (), (), None, 0, *kept)
         run = _made(RankRun if before == team.size else RecutRun, team, planned, parts, asked)
         new = contents.prints(run)
         if before == team.size:

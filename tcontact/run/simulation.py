@@ -30,7 +30,7 @@ from .interrupts import pools_served
 from .law_checks import check_laws
 from .loop import Run
 from .precision import check_precision
-from .prepared import checkpoint_head, finished_plan, start_layers
+from .prepared import checkpoint_head, finished_plan, start_terms
 from .progress import ProgressBar
 from .rank_asked import Asked
 from .rank_checks import check_alike, check_ranks, check_same_start
@@ -121,11 +121,12 @@ def simulate(
     displacement, velocity = start_from(scene, initial)
     layers = () if initial is None else layers_of(scene, initial)
     points = () if initial is None else points_of(scene, initial)
+    pairs = None if initial is None else initial.pairs
     if together is not None:
         wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
         rows = history_every, history_rows
         others = pressures, precision, contact_ranks, arch
-        asked = Asked(scene, scheme, start, layers, points, frames, wanted, rows, *others)
+        asked = Asked(scene, scheme, start, layers, points, pairs, frames, wanted, rows, *others)
         own = None if initial is None else start
         return simulate_on_ranks(together, asked, out, options, own, threads, progress)
     folder = None if out is None else check_folder(out)
@@ -154,7 +155,7 @@ def simulate(
         if said is not None:
             run.warn(said)
         if folder is None:
-            start_layers(run, layers)
+            start_terms(run, layers, pairs)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
                 return run.go(frames, None, bar, started)
         check_folder(folder)
@@ -170,7 +171,7 @@ def simulate(
             if points:  # a run made again for `resume` starts without them: checkpoints always hold the state
                 new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
             keeper = Keeper(options, folder, new, recorder, head, kept)
-        start_layers(run, layers)  # after the fingerprints of the new run
+        start_terms(run, layers, pairs)  # after the fingerprints of the new run
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
 

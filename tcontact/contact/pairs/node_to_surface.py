@@ -3,7 +3,7 @@
     g = n_f . (x_s - sum_a N_a x_a),   area A_s
 
 N are the shape functions of the master face f where the slave node meets it along its normal n_f. A node has one row,
-on its closest face.
+on its closest face; of faces that are equally close, as at an edge that they share, on the first one of the mesh.
 """
 
 from __future__ import annotations
@@ -40,9 +40,12 @@ def couple_nodes(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Co
     between = ((_bends(positions, masters)[f] * gap[:, None] < 0.0) | ~beyond).all(axis=1)
     kept = aside <= np.where(beyond.any(axis=1) & between, WEDGE * np.abs(gap), 0.0) + ROUNDING * np.sqrt(size)
     kept = np.flatnonzero(kept & (gap <= facing.reach) & (gap >= -FAR * facing.reach))
-    order = kept[np.lexsort((f[kept], distance[kept], nodes[kept]))]
-    slaves, closest = np.unique(nodes[order], return_index=True)
-    chosen = order[closest]
+    least = np.full(len(positions), np.inf)
+    np.minimum.at(least, nodes[kept], distance[kept])
+    kept = kept[distance[kept] <= least[nodes[kept]] + ROUNDING * np.sqrt(size[kept])]
+    order = kept[np.lexsort((f[kept], nodes[kept]))]
+    slaves, first = np.unique(nodes[order], return_index=True)
+    chosen = order[first]
     faces, weights = masters[f[chosen]], weights[chosen]
     there = weights != 0.0  # not of the fourth corner of a triangle
     return Coupling(

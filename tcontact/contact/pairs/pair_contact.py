@@ -59,6 +59,9 @@ class PairContact:
         if contact.block == 1 and contact.basis is not None:
             self._normal = contact.basis[0, :, 0]
         self._closed = np.zeros(self._count)  # gaps [m] of the contact nodes that count as 0
+        self._given = np.zeros(self._count, dtype=bool)  # those of another run
+        self._start: np.ndarray | None = None  # displacement of the first rows, if another run built them
+        self.built = np.full((len(self._nodes), 3), np.nan)  # displacement at which the rows were built
         self._coefficients = np.array([pair.coefficient for pair in domain.pairs])
         self._rows: ConstraintRows | None = None  # with friction
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
@@ -80,8 +83,14 @@ class PairContact:
     def rebuild(self, u: np.ndarray) -> None:
         """Build the rows at the displacement u [n, 3] [m]; search faces again if the surfaces have moved too far.
 
-        Where the run has diverged the rows stay as they are: the guards stop it at its next row.
+        Where the run has diverged the rows stay as they are: the guards stop it at its next row. The first rows of a
+        run that goes on are those of the run before (`go_on`).
         """
+        if self._start is not None:
+            u = np.array(u)
+            u[self._nodes] = self._searched
+            self.search(self._reference + u)
+            u[self._nodes], self._start = self._start, None
         if not np.isfinite(u[self._nodes]).all():
             return
         positions = self._reference + u
@@ -95,10 +104,46 @@ class PairContact:
         couplings = [self._movable(coupling) for coupling in couplings]
         if self.rebuilds == 0:
             self._close(couplings, positions)
+        self.built = u[self._nodes].copy()
         if self._acting is None:
             self._acting = np.array(arrays.get(self.lists)), np.array(arrays.get(self.values))
         self._store(couplings, positions, stale=0.0)
         self.rebuilds += 1
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """The nodes [k] of the domain on the surfaces of its pairs."""
+        return self._nodes
+
+    @property
+    def closed_gaps(self) -> np.ndarray:
+        """The gaps [k] [m] of these nodes that count as 0; NaN but for slaves whose pairs ask for it."""
+        found, slot = np.full(len(self._nodes), np.nan), self._slot[self._nodes]
+        asks = self._asks_for_closed(slot)
+        found[asks] = self._closed[slot[asks]]
+        return found
+
+    def _asks_for_closed(self, slot: np.ndarray) -> np.ndarray:
+        """Return which nodes, at these places [k], are contact nodes of a slave whose pair closes gaps of the start."""
+        slaves = [facing.slave.nodes for facing in self.facings if facing.closed > 0.0]
+        wanted = np.isin(self._nodes, np.concatenate(slaves)) if slaves else np.zeros(len(self._nodes), dtype=bool)
+        return wanted & (slot >= 0) & (slot < self._count)
+
+    @property
+    def searched(self) -> np.ndarray:
+        """The displacement [k, 3] [m] of these nodes at which faces were searched."""
+        return self._searched
+
+    def go_on(self, closed: np.ndarray, built: np.ndarray, searched: np.ndarray) -> None:
+        """Go on with the closed gaps [k] [m] of another run, with the rows and candidates of its displacements.
+
+        built, searched [k, 3] [m]: displacements. Where that run had other surfaces the present one serves for both.
+        """
+        slot = self._slot[self._nodes]
+        known = self._asks_for_closed(slot) & np.isfinite(closed)
+        self._closed[slot[known]], self._given[slot[known]] = closed[known], True
+        if np.isfinite(built).all() and np.isfinite(searched).all():
+            self._start, self._searched = np.array(built), np.array(searched)
 
     def begin_step(self) -> None:
         """Take the present rows for those of the forces to come."""
@@ -273,8 +318,9 @@ class PairContact:
         """Let the gaps of the start that come from flat faces count as closed, for pairs that ask for it."""
         for facing, one in zip(self.facings, couplings, strict=True):
             gap = _gaps(one, positions)
-            small = np.abs(gap) <= facing.closed
-            self._closed[self._slot[one.slaves[small]]] = gap[small]
+            slot = self._slot[one.slaves]
+            small = (np.abs(gap) <= facing.closed) & ~self._given[slot]
+            self._closed[slot[small]] = gap[small]
 
     def squeezed(self, slots: int, obstacles: Sequence[str]) -> tuple[BodyPlan, str] | None:
         """Return the body of a contact node that is squeezed between partners, and the reason; None without any.
@@ -310,12 +356,13 @@ class PairContact:
         found = {"lists": np.array(arrays.get(self.lists)), "values": np.array(arrays.get(self.values))}
         found |= {f"candidates{number}": pairs for number, pairs in enumerate(self._candidates)}
         counts = {"rebuilds": self.rebuilds, "searches": self.searches}
-        return {**found, "searched": self._searched, "closed": self._closed, **counts}
+        return {**found, "searched": self._searched, "built": self.built, "closed": self._closed, **counts}
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Take over what `checkpoint` returned."""
         self.rebuilds, self.searches = saved["rebuilds"], saved["searches"]
         self._searched, self._closed = np.array(saved["searched"]), np.array(saved["closed"])
+        self.built = np.array(saved["built"])
         self._candidates = [np.array(saved[f"candidates{number}"]) for number in range(len(self.facings))]
         self.lists = self._written(self.lists, saved["lists"])
         self.values = self._written(self.values, saved["values"])

@@ -43,6 +43,15 @@ class Stepped(Protocol):
         ...
 
     @property
+    def whole_domain(self) -> Any:
+        """The domain of all ranks."""
+        ...
+
+    def whole_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the numbers in it of nodes [k] of this domain."""
+        ...
+
+    @property
     def viscous_force(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:
         """Function for the viscous force of contact cells [3n]; None without any."""
         ...

@@ -244,6 +244,20 @@ class RankState(DomainState):
         self._pass_over_failed(True)
         return True
 
+    def started_with(self, values: list[np.ndarray]) -> np.ndarray:
+        """Return values [n, ..] of whole bodies, in the user's numbering, at the nodes of the part."""
+        part = self.part
+        return self._started([values[number][part.bodies[number].part.nodes] for number in part.there])
+
+    @property
+    def whole_domain(self) -> Any:
+        """The domain of all ranks, or its outline."""
+        return self.part.whole
+
+    def whole_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the numbers in it of nodes [k] of the part."""
+        return self.part.nodes[nodes]
+
     def forget(self) -> None:
         """Forget all arrays after the last step, when nothing is asked of the state any more."""
         self.__dict__.clear()

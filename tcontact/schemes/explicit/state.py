@@ -168,6 +168,19 @@ class DomainState:
         joined = parts[0] if len(parts) == 1 else np.concatenate(parts)
         return joined if self.domain.images is None else joined[self.domain.images.master]
 
+    def started_with(self, values: list[np.ndarray]) -> np.ndarray:
+        """Return values [n, ..] of its bodies, in the user's numbering, at the nodes of the domain."""
+        return self._started(values)
+
+    @property
+    def whole_domain(self) -> Domain:
+        """The domain of all ranks."""
+        return self.domain
+
+    def whole_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the numbers in it of nodes [k] of this domain."""
+        return nodes
+
     @property
     def layered(self) -> LayeredFriction | DeviceLayers | None:
         """The friction layers; None without any."""
