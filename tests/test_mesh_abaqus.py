@@ -12,6 +12,7 @@ from tcontact.mesh.box import box_mesh
 from tcontact.mesh.elements import ELEMENTS
 from tcontact.mesh.files.reading import read_mesh
 
+pytestmark = pytest.mark.filterwarnings("ignore:element set 'lump' is left out")
 HEXES = """*Heading
  two hexes on top of each other, a shell without a set first
 ** a comment, with, commas

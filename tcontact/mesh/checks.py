@@ -238,6 +238,19 @@ def checked_node_sets(sets: Any, node_count: int) -> dict[str, IntArray]:
     return checked
 
 
+def checked_members(field: str, ids: Any, count: int, what: str) -> IntArray:
+    """Return the numbers [k] of some of so many nodes or cells (`what`), an int64 copy; none for none."""
+    remedy = f"give numbers of {what}, shape [k], counted from 0; for a mask use numpy.flatnonzero(mask)"
+    array = _ids(field, ids, remedy, f"numbers of {what}")
+    if array.ndim != 1:
+        raise InputError(field, f"array of shape {array.shape}", remedy)
+    bad = array[(array < 0) | (array >= count)]
+    if len(bad):
+        remedy = f"{len(bad)} numbers are no {what}; {what} count from 0 to {count - 1}"
+        raise InputError(field, int(bad[0]), remedy)
+    return array
+
+
 def checked_face_sets(sets: Any, blocks: Blocks, node_count: int, skin: Surface) -> dict[str, IntArray]:
     """Return named faces [k, 4|3], each a read-only int64 copy; every face must belong to a cell."""
     kind = blocks[0][0] if len(blocks) == 1 else MIXED
@@ -307,6 +320,8 @@ def _numbers(field: str, value: Any, remedy: str) -> FloatArray:
 
 def _ids(field: str, value: Any, remedy: str, what: str = "node ids") -> IntArray:
     try:
+        if np.ma.is_masked(value):
+            raise TypeError("masked values")
         array = np.asarray(value)
     except Exception as error:  # the object may raise anything
         raise InputError(field, value, remedy) from error

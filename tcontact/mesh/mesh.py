@@ -80,8 +80,10 @@ class Mesh:
 
         scale: factor on the coordinates. Volume cells are taken, those of second order as those of first order; cell
         sets of faces become face sets, those of volume cells cell sets, point sets node sets, and whole numbers of the
-        cells such as "region" the cell sets "region-1" and so on, as `read_mesh` does.
-        Raises `InputError` for what is no such mesh and for cells that a mesh cannot have.
+        cells such as "region" the cell sets "region-1" and so on, as `read_mesh` does. Sets are numbers counted from 0,
+        cell sets by block with None for none; empty ones are left out with a `MeshWarning`.
+        Raises `InputError` for what is no such mesh, for cells that a mesh cannot have and for sets of other things,
+        such as masks.
         """
         made: Mesh = cls.readers.from_meshio(mesh, scale)
         return made

@@ -31,7 +31,9 @@ def read_abaqus(path: Path) -> FileMesh:
 
     NSET and node surfaces become node sets; ELSET and SURFACE become face sets where they name faces or surface
     elements, and sets of their nodes where they name volume or line elements; ELSET of volume elements is a cell set
-    too. Sets of Abaqus' own (_name) are left out. Every instance and every part of an instance is a cell set; a set of
+    too. Names of NSET, ELSET and SURFACE are apart in Abaqus: a node set is that of the NSET or else of the node
+    surface of its name, and of an ELSET only without these. Sets of Abaqus' own (_name) are left out, and those without
+    an element that is read with a warning. Every instance and every part of an instance is a cell set; a set of
     an instance is called INSTANCE.SET if the assembly or another instance has one of that name. Ties and other
     constraints are not read.
     """
@@ -40,20 +42,16 @@ def read_abaqus(path: Path) -> FileMesh:
     if not assembly.points or not any(len(block.ids) for block in assembly.blocks):
         raise MeshFileError("holds no nodes or no known elements; export the mesh with *NODE and *ELEMENT")
     place = _Places(assembly, "node", assembly.node_ids)
-    _Places(assembly, "element", [block.ids for block in assembly.blocks])  # each once
+    cells = [block.ids for block in assembly.blocks]
+    elements = _Places(assembly, "element", cells + [ids for _, ids in assembly.others])
     blocks = [(block.cell_type, place.of(block.rows)) for block in assembly.blocks]
     content = FileMesh(np.concatenate(assembly.points), blocks)
     names = _names(assembly)
-    for key, ids in assembly.nsets.items():
-        if len(ids) and key in names:
-            content.node_sets[names[key]] = place.of(ids)
-    for key, chosen in assembly.elsets.items():
-        if key in names:
-            inside = [np.isin(block.ids, chosen) for block in assembly.blocks]
-            _add_cells(content, names[key], [rows[mask] for (_, rows), mask in zip(blocks, inside, strict=True)])
-            _add_region(content, names[key], [np.flatnonzero(mask) for mask in inside])
-    for surface in assembly.facing():
-        _add_surface(content, assembly, surface, place, _surface_name(surface, assembly, names))
+    surfaces = [(_surface_name(surface, assembly, names), surface) for surface in assembly.facing()]
+    taken = _add_node_sets(content, assembly, place, names, surfaces)
+    _add_element_sets(content, assembly, elements, names, taken)
+    for name, surface in surfaces:
+        _add_faces(content, assembly, surface, elements, name)
     _add_instances(content, assembly)
     return content
 
@@ -70,12 +68,13 @@ class _Places:
         if len(double):
             raise MeshFileError(f"{self.label(double[0])} is given twice; export one part with ids of its own")
 
-    def of(self, ids: IntArray) -> IntArray:
-        """Return the rows of numbers."""
+    def of(self, ids: IntArray, user: str = "") -> IntArray:
+        """Return the rows of numbers. Raises `MeshFileError` for those that are not given; user: what names them."""
         place = np.minimum(np.searchsorted(self.ranked, ids), len(self.ranked) - 1)
         missing = ids[self.ranked[place] != ids]
         if len(missing):
-            raise MeshFileError(f"{self.label(missing[0])} is used but not given; export the complete mesh")
+            where = f"{user}: " if user else ""
+            raise MeshFileError(f"{where}{self.label(missing[0])} is used but not given; export the complete mesh")
         return self.order[place]
 
     def label(self, number: int) -> str:
@@ -105,14 +104,55 @@ def _surface_name(surface: Facing, assembly: Assembly, names: dict[str, str]) ->
     return surface.name if ambiguous else surface.name[-len(short) :]
 
 
-def _add_cells(content: FileMesh, name: str, parts: list[IntArray]) -> None:
-    """Add elements by block to the face sets or, those of other dimensions, with their nodes to the node sets."""
+def _add_node_sets(
+    content: FileMesh,
+    assembly: Assembly,
+    place: _Places,
+    names: dict[str, str],
+    surfaces: list[tuple[str, Facing]],
+) -> set[str]:
+    """Add NSET, and node surfaces whose name no NSET has; return the names of both."""
+    taken = {names[key] for key in assembly.nsets if key in names}
+    for key, ids in assembly.nsets.items():
+        if len(ids) and key in names:
+            content.node_sets[names[key]] = place.of(ids, f"node set {assembly.spelling[key]!r}")
+        elif key in names:
+            warn(f"node set {names[key]!r} is left out: it is empty", MeshWarning)
+    of_nodes = {name: place.of(own.nodes, f"surface {name!r}") for name, own in surfaces if own.nodes is not None}
+    for name, rows in of_nodes.items():
+        if name not in taken:
+            content.node_sets[name] = rows
+        elif not np.array_equal(np.unique(rows), np.unique(content.node_sets.get(name, rows[:0]))):
+            warn(f"surface {name!r} is left out: a node set has its name and other nodes; rename it", MeshWarning)
+    return taken | of_nodes.keys()
+
+
+def _add_element_sets(
+    content: FileMesh, assembly: Assembly, elements: _Places, names: dict[str, str], taken: set[str]
+) -> None:
+    """Add ELSET; warn of those without an element that is read. taken: names of node sets that are complete."""
+    for key, chosen in assembly.elsets.items():
+        elements.of(chosen, f"element set {assembly.spelling[key]!r}")
+        if key in names:
+            name, inside = names[key], [np.isin(block.ids, chosen) for block in assembly.blocks]
+            parts = [rows[mask] for (_, rows), mask in zip(content.blocks, inside, strict=True)]
+            _add_cells(content, name, parts, name in taken)
+            _add_region(content, name, [np.flatnonzero(mask) for mask in inside])
+            if not any(map(len, parts)):
+                warn(f"element set {name!r} is left out: {_loss(assembly, chosen)}", MeshWarning)
+
+
+def _add_cells(content: FileMesh, name: str, parts: list[IntArray], taken: bool) -> None:
+    """Add elements by block to the face sets or, those of other dimensions, with their nodes to the node sets.
+
+    taken: whether an NSET or a node surface has the name, whose nodes are then its own alone.
+    """
     for (cell_type, _), rows in zip(content.blocks, parts, strict=True):
         if len(rows) == 0:
             continue
         if cell_type in _SURFACE_CELLS:
             content.face_sets.setdefault(name, []).append(rows)
-        else:
+        elif not taken:
             content.node_sets[name] = joined([content.node_sets.get(name, rows[:0].reshape(-1)), rows.reshape(-1)])
 
 
@@ -127,11 +167,17 @@ def _add_region(content: FileMesh, name: str, parts: list[IntArray]) -> None:
         content.cell_sets[name] = solid
 
 
-def _add_surface(content: FileMesh, assembly: Assembly, surface: Facing, place: _Places, name: str) -> None:
-    if surface.nodes is not None:
-        content.node_sets[name] = place.of(surface.nodes)
-        return
+def _loss(assembly: Assembly, chosen: IntArray) -> str:
+    """Return why a set of elements holds none that are read: it is empty, or they are of kinds that are no cells."""
+    kinds = sorted({kind for kind, ids in assembly.others if np.isin(ids, chosen).any()})
+    return f"its elements ({', '.join(kinds)}) are no cells that are read" if kinds else "it is empty"
+
+
+def _add_faces(content: FileMesh, assembly: Assembly, surface: Facing, elements: _Places, name: str) -> None:
     for chosen, label in surface.faces:
+        elements.of(chosen, f"surface {name!r}")
+        if not any(np.isin(block.ids, chosen).any() for block in assembly.blocks):
+            warn(f"part of surface {name!r} is left out: {_loss(assembly, chosen)}", MeshWarning)
         for block, (cell_type, rows) in zip(assembly.blocks, content.blocks, strict=True):
             rows = rows[np.isin(block.ids, chosen)]
             if len(rows) == 0:

@@ -107,6 +107,7 @@ class Assembly(Scope):
             self.node_ids += [start + ids for ids in scope.node_ids]
             self.points += [instance.moved(points) for points in scope.points]
             self.blocks += [Block(name, start + ids, start + rows) for name, ids, rows in scope.blocks]
+            self.others += [(kind, start + ids) for kind, ids in scope.others]
             for mine, given in ((self.nsets, scope.nsets), (self.elsets, scope.elsets)):
                 for name, ids in given.items():
                     self._call(instance, scope.spelling[name])

@@ -30,6 +30,7 @@ _TYPES = [
 ]
 _SOLIDS = ", ".join(sorted(element.abaqus for element in ELEMENTS.values()))
 MAXIMUM_IDS = 2**28  # in a generated set
+MAXIMUM_OTHER = 4  # numbers on a line of an element that is no cell, such as a beam with a node for its orientation
 STRIDE = 2**32  # numbers of an instance start at a multiple of it, above every number that a file may give
 
 
@@ -53,6 +54,7 @@ class Facing(NamedTuple):
 class Scope:
     """What the sections of a part, an instance or the assembly define.
 
+    others: elements of kinds that are no cells, such as masses: the type and their numbers;
     nsets, elsets: by name in capitals; spelling: names as written, by those in capitals; offsets: first number of the
     instances that stand in this scope, whose sets are called INSTANCE.SET.
     """
@@ -60,6 +62,7 @@ class Scope:
     node_ids: list[IntArray] = field(default_factory=list)
     points: list[FloatArray] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
+    others: list[tuple[str, IntArray]] = field(default_factory=list)
     nsets: dict[str, IntArray] = field(default_factory=dict)
     elsets: dict[str, IntArray] = field(default_factory=dict)
     surfaces: list[Section] = field(default_factory=list)
@@ -77,12 +80,19 @@ class Scope:
             self._add(self.nsets, section.options.get("NSET", ""), ids)
         elif section.keyword == "ELEMENT":
             block = _elements(section)
-            if block is not None:
+            ids = _first_numbers(section) if block is None else block.ids
+            if block is None:
+                self.others.append((section.options.get("TYPE", "").upper(), ids))
+            else:
                 self.blocks.append(block)
-                self._add(self.elsets, section.options.get("ELSET", ""), block.ids)
+            self._add(self.elsets, section.options.get("ELSET", ""), ids)
         elif section.keyword == "NSET" and "ELSET" in section.options:
             chosen = self.chosen(self.elsets, section.options["ELSET"], instance)
-            self._add(self.nsets, name, joined([b.rows[np.isin(b.ids, chosen)].reshape(-1) for b in self.blocks]))
+            nodes = joined([b.rows[np.isin(b.ids, chosen)].reshape(-1) for b in self.blocks])
+            if len(chosen) and not len(nodes):
+                reason = f"element set {section.options['ELSET']!r}, none of whose elements is read"
+                raise MeshFileError(f"node set {name!r} takes the nodes of {reason}; list its nodes in the file")
+            self._add(self.nsets, name, nodes)
         elif section.keyword in ("NSET", "ELSET"):
             sets = self.nsets if section.keyword == "NSET" else self.elsets
             self._add(sets, name, self._ids(section, sets, instance))
@@ -132,7 +142,9 @@ class Scope:
         ranges = [[int(word) for word in row if word] for row in section.rows]
         if any(not 0 <= end <= MAXIMUM_IDS for r in ranges for end in r[:2]) or any(r[2:3] == [0] for r in ranges):
             raise MeshFileError("a generated set runs over more ids than a mesh has; export it anew")
-        return joined([start + np.arange(r[0], r[1] + 1, r[2] if len(r) > 2 else 1) for r in ranges])
+        steps = [r[2] if len(r) > 2 else 1 for r in ranges]
+        ends = [r[1] + (1 if step > 0 else -1) for r, step in zip(ranges, steps, strict=True)]
+        return joined([start + np.arange(r[0], e, step) for r, e, step in zip(ranges, ends, steps, strict=True)])
 
     def _add(self, sets: dict[str, IntArray], name: str, ids: IntArray) -> None:
         key = name.upper()
@@ -183,3 +195,14 @@ def _elements(section: Section) -> Block | None:
         raise MeshFileError(f"{name} elements with other than {corners} nodes; the file is cut or damaged")
     rows = numbers.reshape(-1, corners + 1)
     return Block(word, rows[:, 0], rows[:, 1:])
+
+
+def _first_numbers(section: Section) -> IntArray:
+    """Return the numbers of elements that are no cells, the first on each line.
+
+    A long line with a comma at its end goes on in the next, unless all end so.
+    """
+    rows = section.rows
+    goes_on = [False, *(len(row) > MAXIMUM_OTHER and not row[-1] and bool(rows[-1][-1]) for row in rows[:-1])]
+    words = [row[0] for row, continued in zip(rows, goes_on, strict=False) if not continued]
+    return np.array([_checked(int(word)) for word in words if word.isdigit()], dtype=np.int64)

@@ -79,9 +79,9 @@ def _sections(path: Path) -> Iterator[Section]:
             for word in filter(None, words):
                 option, _, value = word.partition("=")
                 assert current is not None
-                current.options[option.strip().upper()] = value.strip().strip('"')
+                current.options[option.strip().upper()] = value.strip().replace('"', "")
             keyword_goes_on = line.endswith(",")
         elif current is not None:
-            current.rows.append([word.strip().strip('"') for word in _split(line)])
+            current.rows.append([word.strip().replace('"', "") for word in _split(line)])
     if current is not None:
         yield current

@@ -9,6 +9,8 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.validate import number
+from ...base.warning_kinds import MeshWarning, warn
+from ..checks import checked_members
 from ..geometry import IntArray
 from ..mesh import Mesh
 from .content import FileMesh, MeshFileError, mesh_from_file
@@ -16,6 +18,7 @@ from .meshio_files import DIMENSION, region_sets, typed_blocks
 from .second_order import first_order
 
 VOXEL = 11  # VTK's type of a box along the axes
+NO_SET = "gmsh:bounding_entities"  # numbers of entities, which meshio keeps among the cell sets
 
 
 def from_meshio(mesh: Any, scale: float) -> Mesh:
@@ -24,6 +27,8 @@ def from_meshio(mesh: Any, scale: float) -> Mesh:
     try:
         content = FileMesh(np.asarray(mesh.points, dtype=np.float64), typed_blocks(mesh))
         _add_sets(content, mesh)
+    except InputError:
+        raise
     except (AttributeError, TypeError, ValueError, KeyError, IndexError) as error:
         raise InputError("mesh", mesh, f"give a meshio.Mesh of volume cells ({error})") from error
     try:
@@ -61,13 +66,21 @@ def _block(kind: int, rows: np.ndarray) -> SimpleNamespace:
 
 
 def _add_sets(content: FileMesh, mesh: Any) -> None:
-    """Take over point sets, cell sets by the dimension of their cells, and regions by whole numbers of the cells."""
-    content.node_sets = {name: np.asarray(ids, dtype=np.int64) for name, ids in mesh.point_sets.items()}
+    """Take over point sets, cell sets by the dimension of their cells, and regions by whole numbers of the cells.
+
+    The nodes of cells of other dimensions make a node set where no point set has the name.
+    """
+    for name, ids in mesh.point_sets.items():
+        content.node_sets[name] = checked_members(f"point_sets[{name!r}]", ids, len(content.points), "nodes")
     content.cell_sets = region_sets(mesh)
     for name, members in mesh.cell_sets.items():
+        if name == NO_SET:
+            continue
         nodes: list[IntArray] = []
-        for place, (kind, rows) in enumerate(content.blocks):
-            chosen = np.zeros(0, np.int64) if members[place] is None else np.asarray(members[place], dtype=np.int64)
+        parts = _parts(name, members, content.blocks)
+        if not any(len(chosen) for chosen in parts):
+            warn(f"set {name!r} is left out: it holds no cells", MeshWarning)
+        for place, ((kind, rows), chosen) in enumerate(zip(content.blocks, parts, strict=True)):
             if not len(chosen):
                 continue
             if DIMENSION.get(kind, -1) == 2:
@@ -76,5 +89,19 @@ def _add_sets(content: FileMesh, mesh: Any) -> None:
                 content.cell_sets.setdefault(name, {})[place] = chosen
             else:
                 nodes.append(rows[chosen].reshape(-1))
-        if nodes:
-            content.node_sets[name] = np.unique(np.concatenate([content.node_sets.get(name, nodes[0]), *nodes]))
+        if nodes and name not in mesh.point_sets:
+            content.node_sets[name] = np.unique(np.concatenate(nodes))
+
+
+def _parts(name: str, members: Any, blocks: list[tuple[str, IntArray]]) -> list[IntArray]:
+    """Return the cells of a cell set in every block."""
+    field = f"cell_sets[{name!r}]"
+    if not hasattr(members, "__len__") or isinstance(members, (str, dict)) or len(members) != len(blocks):
+        remedy = f"give a list with the cells of each of the {len(blocks)} blocks, None for a block without any"
+        raise InputError(field, members, remedy)
+    return [
+        checked_members(
+            f"{field}[{place}]", [] if chosen is None else chosen, len(rows), f"cells of this block ({kind})"
+        )
+        for place, ((kind, rows), chosen) in enumerate(zip(blocks, members, strict=True))
+    ]

@@ -27,12 +27,12 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
     cells of a mesh of several kinds stand in the order hex8, tet4, wedge6.
 
     Physical surfaces and Abaqus surfaces become face sets; physical volumes, curves and points, NSET and ELSET of
-    volume elements become node sets; physical volumes, ELSET of volume elements and in a .vtu file whole numbers of the
-    cells, such as "region" with the sets "region-1", "region-2", become cell sets. Points that no volume cell uses are
-    dropped and the others renumbered in the order of the file. The instances of an Abaqus assembly become one mesh,
-    each a cell set, as is each part, with the sets of an instance as INSTANCE.SET where several have one of that name;
-    `Mesh.part` makes a mesh of each. Second-order cells become those of first order between
-    their corners, and mirrored cells are turned, each with a `MeshWarning`.
+    volume elements become node sets, an ELSET only where no NSET has its name; physical volumes, ELSET of volume
+    elements and in a .vtu file whole numbers of the cells, such as "region" with the sets "region-1", "region-2",
+    become cell sets. Points that no volume cell uses are dropped and the others renumbered in the order of the file.
+    The instances of an Abaqus assembly become one mesh, each a cell set, as is each part, with the sets of an instance
+    as INSTANCE.SET where several have one of that name; `Mesh.part` makes a mesh of each. Second-order cells become
+    those of first order between their corners, and mirrored cells are turned, each with a `MeshWarning`.
 
     Raises `InputError` for a file that is missing, broken or unknown, for pyramids and cells of third order, for cells
     of several kinds that do not fit together, and for everything `Mesh` refuses.
