@@ -56,13 +56,16 @@ def pushed():
 
 
 def impulses():
-    """Impact with impulses, of two materials, periodic along y."""
+    """Impact with impulses, of two materials, periodic along y; what acts on sides that repeat, and probes of them."""
     body = block()
     upper = body.mesh.cell_centres()[:, 2] > 0.06
     sets = {"upper": np.flatnonzero(upper), "lower": np.flatnonzero(~upper)}
+    side = {"side": body.mesh.nodes_of("ymax")}
     material = {"lower": LAWS["linear"], "upper": tc.LinearElastic(7e7, 0.2, 2100.0)}
-    body = tc.Body(body.mesh.with_sets(cell_sets=sets), material, velocity=(0.0, 0.0, -5.0), contact="zmin",
-                   periodic="y")  # fmt: skip
+    body = tc.Body(body.mesh.with_sets(side, cell_sets=sets), material, velocity=(0.0, 0.0, -5.0), contact="zmin",
+                   periodic="y", point_masses=[tc.PointMass("side", 0.1)], springs=[tc.Spring("side", 1e6)],
+                   loads=[tc.Load("side", force=(0.0, 300.0, 0.0))],
+                   probes=[tc.Probe("side", name) for name in ("position", "acceleration", "stress")])  # fmt: skip
     return tc.Scene([body], [tc.Plane()], 1.5e-3, contact=tc.ImpulseContact())
 
 

@@ -73,8 +73,8 @@ def shares_of(load: Load, mesh: Mesh, images: Images | None) -> Shares:
     none, zero = np.zeros(0, dtype=np.int64), np.zeros(0)
     if load.on_nodes(mesh):
         nodes = load.nodes(mesh)
-        if load.own and images is not None:
-            nodes = np.unique(images.master[nodes])
+        if images is not None:
+            nodes = images.once(nodes)
         weights = np.full(len(nodes), 1.0 if load.own else 1.0 / len(nodes))
         groups = np.arange(len(nodes)) if load.own else np.zeros(len(nodes), dtype=np.int64)
         return Shares(nodes, weights, groups, np.zeros((0, 4), dtype=np.int64), none)
@@ -100,7 +100,7 @@ def loaded_nodes(body: Body) -> np.ndarray:
     for load in body.loads:
         found.append(load.nodes(body.mesh) if load.on_nodes(body.mesh) else load.faces(body.mesh).reshape(-1))
     nodes = np.unique(np.concatenate(found))
-    return nodes if body.images is None else np.unique(body.images.master[nodes])
+    return nodes if body.images is None else body.images.once(nodes)
 
 
 def pack_loads(domain: Domain) -> PackedLoads | None:

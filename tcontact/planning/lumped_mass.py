@@ -10,6 +10,7 @@ from ..mesh.elements import GAUSS, HEX_CORNERS, shape_functions
 from ..mesh.geometry import determinants
 from ..mesh.late_rows import Rows
 from ..scene.body import Body
+from ..scene.springs import PointMass
 
 QUAD_CORNERS = HEX_CORNERS[:4, :2]  # corners of the reference quadrilateral [-1, 1]^2, in VTK's order
 
@@ -30,13 +31,13 @@ class NodeMasses:
         if body.point_masses:
             self.total = self.own.copy()
             for point in body.point_masses:
-                nodes = body.mesh.nodes_of(point.set)
-                self.total[nodes] += point.mass / len(nodes)
+                nodes, shares = _point_shares(point, body)
+                self.total[nodes] += shares
 
     def of_cells(self, numbers: np.ndarray) -> np.ndarray:
         """Return the mass of each place in some cells [k] of the mesh [k, corners] [kg]; 0 where one repeats a corner.
 
-        The share of a node in point masses is divided among its places as its own mass is.
+        The share of a node in point masses is divided among its places as its own mass is, also those of its images.
         """
         body, mesh = self.body, self.body.mesh
         nodes, rows = mesh.node_rows, mesh.cell_rows
@@ -49,8 +50,20 @@ class NodeMasses:
             masses[inside, : cells.shape[1]] = corner_masses(block.kind, nodes, cells, block.material.density)
         if self.total is self.own:
             return masses
-        growth = np.divide(self.total, self.own, out=np.ones_like(self.own), where=self.own > 0.0)
+        own, total = self.own, self.total
+        if body.images is not None:
+            own, total = (body.images.follow(body.images.total(values)) for values in (own, total))
+        growth = np.divide(total, own, out=np.ones_like(own), where=own > 0.0)
         return masses * growth[rows[numbers]]
+
+
+def _point_shares(point: PointMass, body: Body) -> tuple[np.ndarray, np.ndarray | float]:
+    """Return the nodes of a point mass, with all images, and their shares [kg]; images halve or quarter that of one."""
+    nodes, images = body.mesh.nodes_of(point.set), body.images
+    if images is None:
+        return nodes, point.mass / len(nodes)
+    everyone = images.with_images(nodes)
+    return everyone, point.mass / len(images.once(nodes)) / images.size[everyone]
 
 
 def masses_in_parts(kind: str, nodes: Rows, cells: Rows, density: float) -> Iterator[tuple[slice, np.ndarray]]:

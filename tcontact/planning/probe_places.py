@@ -1,6 +1,6 @@
 """Nodes and cells of the probes of a body, with their weights in the means.
 
-    <q> = sum_i w_i q_i,       w_i = 1/k of k nodes, V_i/sum_j V_j of cells
+    <q> = sum_i w_i q_i,       w_i = 1/k of k nodes, images counted once, V_i/sum_j V_j of cells
 
 Where several ranks have parts of a body, each adds what its own cells, and the nodes that it counts, have of the sum.
 """
@@ -13,6 +13,7 @@ import numpy as np
 
 from ..mesh.mesh import Mesh
 from ..scene.body import Body
+from ..scene.periodic import Images
 from ..scene.probes import Probe
 
 
@@ -44,13 +45,13 @@ class ProbePlace:
 
 def probe_places(body: Body) -> tuple[ProbePlace, ...]:
     """Return the places of the probes of a body."""
-    return tuple(_place(probe, body.mesh) for probe in body.probes)
+    return tuple(_place(probe, body.mesh, body.images) for probe in body.probes)
 
 
-def _place(probe: Probe, mesh: Mesh) -> ProbePlace:
+def _place(probe: Probe, mesh: Mesh, images: Images | None) -> ProbePlace:
     if probe.facts.of_cells:
-        items = probe.cells(mesh)
+        items = probe.cells(mesh, images)
         volumes = mesh.cell_volumes()[items]
         return ProbePlace(probe, items, volumes / volumes.sum())
-    items = probe.nodes(mesh)
+    items = probe.nodes(mesh, images)
     return ProbePlace(probe, items, np.full(len(items), 1.0 / len(items)))

@@ -29,9 +29,7 @@ def spring_nodes(scene: Scene, index: int) -> np.ndarray:
 
 def _spring_ends(scene: Scene, index: int) -> list[tuple[str, np.ndarray]]:
     """Return label and nodes of every end of a spring at a body."""
-    images = scene.bodies[index].images
-    ends = [(spring.label, end.nodes) for spring in scene.springs for end in spring.ends if end.body == index]
-    return [(label, nodes if images is None else images.master[nodes]) for label, nodes in ends]
+    return [(spring.label, end.nodes) for spring in scene.springs for end in spring.ends if end.body == index]
 
 
 def check_massless(scene: Scene, index: int, place: np.ndarray, contact: ContactPlan | None) -> None:
@@ -54,12 +52,12 @@ def planned_ends(domain: Any, spring: SceneSpring) -> list[PlannedEnd]:
         if end.body is not None:
             number = domain.numbers.index(end.body)
             body = domain.bodies[number]
-            own = body.place[end.nodes] if body.images is None else body.images.master[body.place[end.nodes]]
-            nodes, counts = np.unique(own, return_counts=True)
+            nodes = np.sort(body.place[end.nodes])
             row = np.full(len(body.reference), -1)
             row[body.boundary] = np.arange(len(body.boundary))
             places = domain.boundary_place[number][row[nodes]]
-            found.append(PlannedEnd(places, counts / len(end.nodes), mass[nodes + domain.node_start[number]]))
+            weights = np.full(len(nodes), 1.0 / len(nodes))
+            found.append(PlannedEnd(places, weights, mass[nodes + domain.node_start[number]]))
     return found
 
 

@@ -56,7 +56,7 @@ class Body:
     metal: a `friction_layer.Metal` for its side of friction layers, None for the one of `FrictionLayer`;
     loads: pressures, tractions and forces on named sets (`Load`);
     periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
-    a box mesh, share their degrees of freedom;
+    a box mesh, share their degrees of freedom; a set of nodes that names several of one node names it once;
     point_masses, springs: masses and springs on sets of nodes;
     probes: `Probe`s, means over sets that the history records.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
@@ -123,7 +123,7 @@ class Body:
         self.initial_displacement  # noqa: B018 - and here
         for load in self.loads:
             load.check(self.mesh, self.images, self.initial_velocity)
-        check_probes(self.probes, self.mesh, self.blocks)
+        check_probes(self.probes, self.mesh, self.images, self.blocks)
 
     @cached_property
     def blocks(self) -> tuple[BodyBlock, ...]:

@@ -29,14 +29,14 @@ class Load:
     set: name of a face set, for a force also of a node set; pressure [Pa]: pushes into the body, along the normals of
     the deformed faces, on their present areas; traction [Pa]: three numbers, force per area at rest, in a fixed
     direction; force [N]: three numbers, the total on the set, shared over faces by their areas at rest and over nodes
-    equally. Each is constant or a function of time f(t). A pressure or traction may also be a function of time and
-    place, f(t, x) -> [k] or [k, 3], with x [k, 3] [m] the centres at rest of the k faces of the set; its parameters may
-    stand in the other order if the first is called x, position(s) or point(s), or the second t or time. A force may
-    also be an own one, f(positions, velocities, time) -> [k, 3] [N], a force on every node of the set (of a periodic
-    body on those that are not repeated) for their present positions [k, 3] and velocities [k, 3], those of half a step
-    before: it is called in every step, in a launch of its own, which is slow for small bodies, and a few times before
-    the run. Parameters with a default are left out of count. Several loads on one set add up. The faces of a set are
-    those on the surface.
+    equally, of a periodic body over those that are not repeated. Each is constant or a function of time f(t). A
+    pressure or traction may also be a function of time and place, f(t, x) -> [k] or [k, 3], with x [k, 3] [m] the
+    centres at rest of the k faces of the set; its parameters may stand in the other order if the first is called x,
+    position(s) or point(s), or the second t or time. A force may also be an own one,
+    f(positions, velocities, time) -> [k, 3] [N], a force on every node of the set (of a periodic body on those that are
+    not repeated) for their present positions [k, 3] and velocities [k, 3], those of half a step before: it is called in
+    every step, in a launch of its own, which is slow for small bodies, and a few times before the run. Parameters with
+    a default are left out of count. Several loads on one set add up. The faces of a set are those on the surface.
     Raises `InputError`.
     """
 

@@ -1,8 +1,9 @@
 """Periodic bodies: nodes on opposite sides share their degrees of freedom; they are the images of one node.
 
 The first image, the master, has the mass, load, contact and force of all; the others follow it. Cells, their forces and
-their masses are those of a body with free sides. Momentum and energy count every degree of freedom once; angular
-momentum, which a periodic body does not conserve, is that of the masters.
+their masses are those of a body with free sides. Sets of nodes name degrees of freedom: point masses, forces, springs
+and probes count a node once, whichever of its images a set names, and however many. Momentum and energy count every
+degree of freedom once; angular momentum, which a periodic body does not conserve, is that of the masters.
 """
 
 from __future__ import annotations
@@ -52,6 +53,15 @@ class Images:
     def with_images(self, nodes: np.ndarray) -> np.ndarray:
         """Return the nodes with all their images, ascending."""
         return np.flatnonzero(np.isin(self.master, self.master[nodes]))
+
+    def once(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the masters of the nodes, each once, ascending."""
+        return np.unique(self.master[nodes])
+
+    def middle(self, nodes: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Return the mean [3] of places [k, 3] of nodes [k]; images of one node count as one, at their mean."""
+        masters, which, counts = np.unique(self.master[nodes], return_inverse=True, return_counts=True)
+        return np.asarray((1.0 / (len(masters) * counts[which.reshape(-1)])) @ places)
 
     def follow(self, values: np.ndarray) -> np.ndarray:
         """Return values [n, ...] with those of the master at every image."""

@@ -12,6 +12,7 @@ from ..base import validate
 from ..base.errors import InputError
 from ..mesh.elements import ELEMENTS
 from ..mesh.mesh import Mesh
+from .periodic import Images
 
 
 class Quantity(NamedTuple):
@@ -46,7 +47,8 @@ class Probe:
     stress, 6 numbers in the order xx, yy, zz, xy, yz, xz), "von_mises" [Pa], "pressure" [Pa] (minus a third of the
     trace: positive in compression), and of metals "plastic_strain" [1] and "temperature" [K]: mean over the cells,
     weighted with their volume at rest, of a cell set, or over the cells that have a face of a face set or a node of a
-    node set. A cell set goes first for the latter, a node or face set for the former, where several have the name.
+    node set. A cell set goes first for the latter, a node or face set for the former, where several have the name. In a
+    periodic body a node and its images count once, with the position of the first, and cells at any of them have it.
 
     All are values at the time of the row. Velocity is v = (v_before + v_after)/2 and acceleration (v_after - v_before)
     over the mean of the two steps, v_before and v_after those in the steps that end and start there; those of
@@ -66,19 +68,22 @@ class Probe:
         """The record of its quantity."""
         return QUANTITIES[self.quantity]
 
-    def nodes(self, mesh: Mesh) -> np.ndarray:
-        """Return the nodes [k] over which it takes the mean."""
+    def nodes(self, mesh: Mesh, images: Images | None = None) -> np.ndarray:
+        """Return the nodes [k] over which it takes the mean; masters if there are images."""
         if self.set in mesh.node_sets or self.set in mesh.face_sets:
-            return np.asarray(mesh.nodes_of(self.set))
-        return np.unique(mesh.cells[mesh.cell_sets[self.set]])
+            found = np.asarray(mesh.nodes_of(self.set))
+        else:
+            found = np.unique(mesh.cells[mesh.cell_sets[self.set]])
+        return found if images is None else images.once(found)
 
-    def cells(self, mesh: Mesh) -> np.ndarray:
-        """Return the cells [k] over which it takes the mean."""
+    def cells(self, mesh: Mesh, images: Images | None = None) -> np.ndarray:
+        """Return the cells [k] over which it takes the mean; of nodes those at any of their images."""
         if self.set in mesh.cell_sets:
             return np.unique(mesh.cell_sets[self.set])
         if self.set in mesh.face_sets:
             return cells_with_faces(mesh, mesh.face_sets[self.set])
-        return np.flatnonzero(np.isin(mesh.cells, mesh.node_sets[self.set]).any(axis=1))
+        nodes = mesh.node_sets[self.set]
+        return np.flatnonzero(np.isin(mesh.cells, nodes if images is None else images.with_images(nodes)).any(axis=1))
 
 
 def cells_with_faces(mesh: Mesh, faces: np.ndarray) -> np.ndarray:
@@ -94,8 +99,8 @@ def cells_with_faces(mesh: Mesh, faces: np.ndarray) -> np.ndarray:
     return np.array(found, dtype=np.int64)
 
 
-def check_probes(probes: Sequence[Probe], mesh: Mesh, blocks: Sequence[Any]) -> None:
-    """Check the probes of a body with this mesh and these blocks of cells. Raises `InputError`."""
+def check_probes(probes: Sequence[Probe], mesh: Mesh, images: Images | None, blocks: Sequence[Any]) -> None:
+    """Check the probes of a body with this mesh, these images and blocks of cells. Raises `InputError`."""
     metal = np.zeros(mesh.cell_count, dtype=bool)
     for block in blocks:
         metal[block.numbers] = block.material.plastic
@@ -107,7 +112,7 @@ def check_probes(probes: Sequence[Probe], mesh: Mesh, blocks: Sequence[Any]) -> 
                 f"use one of the sets of this mesh: {', '.join(known)}" if known else "this mesh has no sets; add some"
             )
             raise InputError(f"{field}.set", probe.set, have)
-        found = probe.cells(mesh) if probe.facts.of_metals else np.zeros(0, dtype=np.int64)
+        found = probe.cells(mesh, images) if probe.facts.of_metals else np.zeros(0, dtype=np.int64)
         if not metal[found].all():
             remedy = (
                 f"{int((~metal[found]).sum())} of {len(found)} cells of {probe.set!r} are of no metal, and have none;"

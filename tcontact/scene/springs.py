@@ -19,7 +19,8 @@ SHORT = 1e-9  # length at the start over the size of the mesh below which a spri
 class PointMass:
     """A mass fixed to a set of nodes, in equal shares.
 
-    set: name of a node or face set of the mesh; mass [kg] > 0: its sum over the nodes. Raises `InputError`.
+    set: name of a node or face set of the mesh; mass [kg] > 0: its sum over the nodes. In a periodic body a node with
+    all its images has one share. Raises `InputError`.
     """
 
     set: str
@@ -34,7 +35,8 @@ class PointMass:
 class Spring:
     """A linear spring with a dashpot from a set of nodes to the ground, a point or another set.
 
-    It acts on the mean position of the nodes of the set; its force is shared equally by them. set: name of a node or
+    It acts on the mean position of the nodes of the set; its force is shared equally by them, in a periodic body by a
+    node and its images as one, which start at the mean of the places that the set names. set: name of a node or
     face set; stiffness [N/m]; damping [N s/m]; to: None = the ground, where the mean position starts; a point (x, y, z)
     [m]; the name of another set of the body; or ("body", "set") of another body. axes: letters out of "xyz" along which
     it acts on relative displacements, free of force at the start; None: "xyz" to the ground, otherwise along the line
@@ -81,6 +83,7 @@ class Spring:
 class End(NamedTuple):
     """An end of a spring: number of its body (None: fixed), its nodes [m], and its place [3] [m] in the mesh.
 
+    Nodes of periodic bodies are masters; the place is that of the images which the set names.
     start [3] [m]: place at the start.
     """
 
@@ -158,8 +161,11 @@ def with_spring_speeds(bodies: Sequence[Any], springs: Sequence[SceneSpring]) ->
 
 def _end(scene: Any, index: int, name: str) -> End:
     body = scene.bodies[index]
-    nodes = body.mesh.nodes_of(name)
-    return End(index, nodes, body.mesh.nodes_at(nodes).mean(axis=0), body.initial_at(nodes).mean(axis=0))
+    nodes, images = body.mesh.nodes_of(name), body.images
+    places, starts = body.mesh.nodes_at(nodes), body.initial_at(nodes)
+    if images is None:
+        return End(index, nodes, places.mean(axis=0), starts.mean(axis=0))
+    return End(index, images.once(nodes), images.middle(nodes, places), images.middle(nodes, starts))
 
 
 def _check_set(field: str, name: Any) -> None:
