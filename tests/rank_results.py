@@ -18,7 +18,7 @@ from tcontact.planning.partition.domain_part import cut_domain
 from tcontact.run import rank_run
 from tcontact.schemes.explicit.rank_state import RankState
 
-AGAIN = ("layered", "metal")
+AGAIN = ("layered", "metal", "pair")
 MOTION = ("x", "v", "force")
 
 

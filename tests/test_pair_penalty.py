@@ -259,3 +259,24 @@ def test_a_scene_file_keeps_a_penalty_with_pairs(tmp_path):
     assert scene.contact == tc.PenaltyContact(5.0)
     assert scene.body_pairs[0].slave == 0
     assert "penalty load" in tc.plan(scene).describe()
+
+
+def test_nodes_on_edges_of_the_master_have_rows_that_do_not_depend_on_the_frame():
+    """Faces that share an edge are equally close to a node on it: rounding errors must not decide between them."""
+
+    def forces(turn):
+        """Return the force between two cubes whose nodes lie on each other, in the unturned frame."""
+        below = tc.box_mesh((0.5, 0.5, 0.5), (4, 4, 4), origin=(0, 0, -0.5)).rotated(turn)
+        above = tc.box_mesh((0.5, 0.5, 0.5), (2, 2, 2), origin=(0, 0, 0.01)).rotated(turn)
+        bodies = [
+            tc.Body(above, soft(), turn @ (0.0, 0.0, -0.05), contact="zmin", name="up"),
+            tc.Body(below, soft(), contact="zmax", name="low"),
+        ]
+        pair = tc.Pair("up", "low", slave="up")
+        scene = tc.Scene(bodies, duration=1.0, contact=tc.PenaltyContact(3.0), pairs=[pair])
+        return tc.simulate(scene, tc.CentralDifference(dt=0.01)).pair_force["up-low"] @ turn
+
+    known = forces(np.eye(3))
+    assert np.abs(known).max() > 0.0
+    for seed in (1, 2, 3):
+        assert np.abs(forces(meshes.rotation(seed)) - known).max() <= 1e-12 * np.abs(known).max()
