@@ -10,6 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from ..base.errors import InputError
+from ..device import cuda
 from ..device.exchange import Exchange
 from ..device.team import Team
 
@@ -30,13 +31,23 @@ def lines(team: Team, cores: int) -> list[str]:
         cut = "pymetis is missing: pip install 'tcontact[mpi]'"
     library = MPI.Get_library_version().split("\n")[0].strip()
     about = f"mpi4py {version('mpi4py')}, {library}; {cut}"
-    own = f"rank {team.rank} on {platform.node()}, process {os.getpid()}, {cores} cores"
+    own = f"rank {team.rank} on {platform.node()}, process {os.getpid()}, {cores} cores{_device()}"
     found = team.comm.allgather(own)
     seconds, right = _exchanged(team)
     if team.any(not right):
         raise InputError("ranks", team.size, f"values between them do not arrive as they were sent ({about})")
     took = f"{1e6 * team.largest(seconds):.0f} us for {NODES} shared nodes to every neighbour, in a ring"
     return [about, *found, f"exchange {took}"]
+
+
+def _device() -> str:
+    """Return the name of the CUDA device that this rank has, behind a comma; "" without one."""
+    try:
+        device = cuda.find_device()
+    except cuda.NoDevice:
+        return ""
+    shown = os.environ.get(cuda.VISIBLE)
+    return f", {device.name}" + (f" ({cuda.VISIBLE}={shown})" if shown is not None else "")
 
 
 def _exchanged(team: Team) -> tuple[float, bool]:
