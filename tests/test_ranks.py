@@ -100,6 +100,7 @@ def test_a_case_runs_on_two_ranks_with_its_pictures_and_a_folder_is_not_overwrit
     assert done.stdout.count("finished at") == 1
     assert "2 ranks" in done.stdout
     assert {"summary.json", "history.csv", "result.vtkhdf", "energy.png"} <= {path.name for path in out.iterdir()}
+    assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["ranks"] == 2
     again = mpiexec(2, *words)
     assert again.returncode == 2
     assert again.stderr.count("holds another run") == 1

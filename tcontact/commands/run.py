@@ -152,6 +152,8 @@ def finish(
         return True, result
     checks = case.checks(result)
     data = report.summary(result, case=title, parameters=parameters, checks=checks) | {"origin": origin}
+    if ranks.launched()[0] > 1:
+        data["ranks"] = ranks.launched()[0]
     with _after_the_run(out):
         report.write_json(out / "summary.json", data)
         caption = curves.caption_of(title, arguments.set)
