@@ -121,3 +121,15 @@ def test_point_masses_keep_their_sum_and_weigh_all_images_of_a_node():
     normal = loaded.tensors[layer & masters, 2, 2]
     assert len(normal) == COUNTS[0] * COUNTS[1]
     assert normal == pytest.approx(normal[0], rel=1e-12)
+
+
+def test_an_own_force_may_return_an_array_of_the_nodes_that_are_not_repeated():
+    """The check before a run, the run and the fingerprint of checkpoints ask for the same nodes."""
+    mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
+    forces = np.tile((0.0, 0.0, 0.1), (4, 1))
+    load = tc.Load("zmax", force=lambda positions, velocities, time: forces)
+    body = tc.Body(mesh, tc.LinearElastic(1.0, 0.3, 1.0), periodic="xy", loads=[load])
+    result = simulate(tc.Scene([body], duration=0.5))
+    assert result.history["applied_force"][-1, 2] == pytest.approx(0.4)
+    with pytest.raises(tc.InputError, match=r"shape \[9, 3\]"):
+        tc.Body(mesh, tc.LinearElastic(1.0, 0.3, 1.0), loads=[load])

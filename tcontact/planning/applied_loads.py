@@ -72,9 +72,7 @@ def shares_of(load: Load, mesh: Mesh, images: Images | None) -> Shares:
     """Return the shares of the nodes of a mesh in a load; images: of a periodic body."""
     none, zero = np.zeros(0, dtype=np.int64), np.zeros(0)
     if load.on_nodes(mesh):
-        nodes = load.nodes(mesh)
-        if images is not None:
-            nodes = images.once(nodes)
+        nodes = load.nodes(mesh, images)
         weights = np.full(len(nodes), 1.0 if load.own else 1.0 / len(nodes))
         groups = np.arange(len(nodes)) if load.own else np.zeros(len(nodes), dtype=np.int64)
         return Shares(nodes, weights, groups, np.zeros((0, 4), dtype=np.int64), none)

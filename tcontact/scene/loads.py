@@ -110,12 +110,12 @@ class Load:
         """Return whether it is shared over nodes, not over faces."""
         return self.own or (self.kind == "force" and self.set not in mesh.face_sets)
 
-    def nodes(self, mesh: Mesh) -> np.ndarray:
-        """Return the nodes [k] of its set. Raises `InputError`."""
+    def nodes(self, mesh: Mesh, images: Images | None = None) -> np.ndarray:
+        """Return the nodes [k] of its set; masters if there are images. Raises `InputError`."""
         found = self._within(lambda: mesh.nodes_of(self.set))
         if not len(found):
             raise InputError("Load.set", self.set, "holds no nodes; name a set that does")
-        return found
+        return found if images is None else images.once(found)
 
     def _within(self, find: Callable[[], np.ndarray]) -> np.ndarray:
         try:
@@ -126,7 +126,7 @@ class Load:
     def check(self, mesh: Mesh, images: Images | None, velocity: np.ndarray) -> None:
         """Check set and functions on a body, these at t = 0; velocity [n, 3]: at the start. Raises `InputError`."""
         if self.on_nodes(mesh):
-            nodes = self.nodes(mesh)
+            nodes = self.nodes(mesh, images)
         elif repeated_faces(images, mesh, self.faces(mesh)).any() if images is not None else not len(self.faces(mesh)):
             raise InputError("Load.set", self.set, "it has faces on periodic sides, which are no surface")
         if self.own:
@@ -156,14 +156,14 @@ class Load:
             raise FunctionError(field, self.value, remedy)
         return given
 
-    def by_time(self, mesh: Mesh) -> Load:
+    def by_time(self, mesh: Mesh, images: Images | None) -> Load:
         """Return the load with a function of time alone, whose values tell functions of other parameters apart."""
         if self.placed:
             function = self.function(mesh)
             changed: dict[str, Any] = {self.kind: lambda t: checksum(function.at(np.array([t])))}
             return replace(self, **changed)
         if self.own:
-            nodes = mesh.nodes_at(self.nodes(mesh))
+            nodes = mesh.nodes_at(self.nodes(mesh, images))
             return replace(self, force=lambda t: checksum(self.own_force(nodes, np.zeros_like(nodes), t)))
         return self
 

@@ -71,7 +71,7 @@ def _properties(thing: Any, place: str, times: np.ndarray) -> dict[str, Any]:
     found = {field.name: getattr(thing, field.name) for field in fields(thing)}
     if isinstance(thing, Body):
         found |= {"velocity": thing.initial_velocity, "displacement": thing.initial_displacement}
-        found["loads"] = [load.by_time(thing.mesh) for load in thing.loads]
+        found["loads"] = [load.by_time(thing.mesh, thing.images) for load in thing.loads]
     if isinstance(thing, OwnMaterial):
         found["energy"] = thing.formula
     if isinstance(thing, Sdf) and (callable(thing.distance) or callable(thing.gradient)):
