@@ -108,19 +108,39 @@ def test_an_nset_of_a_node_surface_keeps_its_name(tmp_path):
 @pytest.mark.parametrize(
     ("sets", "words"),
     [
-        ("*Elset, elset=x\n1, 77\n", "element set 'x': element 77 is used but not given"),
-        ("*Elset, elset=x\n77\n", "element set 'x': element 77"),
-        ("*Elset, elset=x, generate\n1, 17\n", "element set 'x': element 17"),
-        ("*Elset, elset=_x, internal\n77\n", "element set '_x': element 77"),
-        ("*Surface, name=s\n77, S1\n", "surface 's': element 77"),
         ("*Nset, nset=x\n1, 999\n", "node set 'x': node 999 is used but not given"),
         ("*Surface, type=NODE, name=s\n999,\n", "surface 's': node 999"),
-        (MASSES.replace("901", "3"), "element 3 is given twice"),
-        (MASSES + "*Nset, nset=x, elset=lumps\n", "'lumps', none of whose elements is read"),
     ],
 )
 def test_numbers_that_the_file_does_not_give_are_refused_by_the_name_of_their_set(tmp_path, sets, words):
     refused(tmp_path, words, NODES, CELLS, sets)
+
+
+@pytest.mark.parametrize(
+    ("sets", "words"),
+    [
+        ("*Elset, elset=x\n1, 77\n", "element set 'x' names 1 elements that the file does not give, first element 77"),
+        ("*Elset, elset=x, generate\n1, 17\n", "element set 'x' names 1 elements .* first element 17"),
+        ("*Surface, name=s\n77, S1\n1, S1\n", "surface 's' names 1 elements"),
+    ],
+)
+def test_elements_that_the_file_does_not_give_are_left_out_with_a_warning(tmp_path, sets, words):
+    """A range may have gaps: no program that reads such files refuses them."""
+    (tmp_path / "names.inp").write_text(NODES + CELLS + sets)
+    with pytest.warns(tc.MeshWarning, match=words):
+        mesh = tc.read_mesh(tmp_path / "names.inp")
+    assert "s" in mesh.face_sets or mesh.cell_sets["x"].tolist() == list(range(1 if "77" in sets else 16))
+
+
+def test_an_nset_of_elements_that_are_not_read_is_left_out_with_a_warning(tmp_path):
+    (tmp_path / "names.inp").write_text(NODES + CELLS + MASSES + "*Nset, nset=x, elset=lumps\n")
+    with pytest.warns(tc.MeshWarning, match="'lumps', none of whose elements is read"):
+        assert "x" not in tc.read_mesh(tmp_path / "names.inp").node_sets
+
+
+def test_a_mass_may_have_the_number_of_a_cell(tmp_path):
+    """What is not read need not be numbered apart from it."""
+    assert read(tmp_path, NODES, CELLS, MASSES.replace("901", "3")).cell_count == BOX.cell_count
 
 
 def test_sets_whose_elements_are_not_read_are_left_out_with_a_warning(tmp_path):
@@ -158,7 +178,9 @@ def test_numbers_of_elements_that_are_no_cells(tmp_path, lines, found):
     for number in found:
         assert read(tmp_path, *sections, f"{number}\n").cell_sets["x"].tolist() == [0]
     assert read(tmp_path, *sections, "_u\n*Elset, elset=x\n7\n").cell_sets["x"].tolist() == [0, 6]
-    refused(tmp_path, "element 999", *sections, "999\n")
+    (tmp_path / "names.inp").write_text("".join([*sections, "999\n"]))
+    with pytest.warns(tc.MeshWarning, match="element 999"):
+        tc.read_mesh(tmp_path / "names.inp")
 
 
 def test_empty_sets_are_left_out_with_a_warning(tmp_path):

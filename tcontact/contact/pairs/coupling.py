@@ -21,7 +21,8 @@ DROPPED = 1e-4  # area D of a row over the area of its node below which there is
 SINGULAR = 1e-13  # smallest over largest eigenvalue of int N_s N_s^t below which a face has no dual functions
 LARGEST_WEIGHT = 1e3  # beyond it the ordinary shape functions replace the dual ones of a face
 SHARP, FLATTER = 0.95, 0.05  # a slave node below the first flatness takes the normal of masters flatter by the second
-FAR = 3.0  # reach of a pair of faces over that of a slave face, and of faces that overlap over that of others
+FAR = 3.0  # reach of a pair of faces over that of a slave face; of a slave face where surfaces came in fast
+FAST = 0.6  # way of two faces towards each other since rows were built last over the reach, which is fast
 
 
 @dataclass(frozen=True)
@@ -61,16 +62,42 @@ def empty() -> Coupling:
     return Coupling(none, np.zeros(0), start, none, np.zeros(0), none, start, none.reshape(0, 4), np.zeros(0))
 
 
-def couple(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling:
-    """Return the rows of a slave surface at positions [n, 3] [m]; pairs [p, 2]: faces that may meet."""
+def couple(facing: Facing, positions: np.ndarray, pairs: np.ndarray, fast: bool = False) -> Coupling:
+    """Return the rows of a slave surface at positions [n, 3] [m]; pairs [p, 2]: faces that may meet.
+
+    fast: surfaces came in fast (`came_in_fast`): slave faces stand up to 3 reach deep in their masters.
+    """
     if not len(pairs):
         return empty()
     nodes, local = facing.local
-    found = _coupled(local, positions[nodes], pairs)
+    found = _coupled(local, positions[nodes], pairs, fast)
     return replace(found, slaves=nodes[found.slaves], masters=nodes[found.masters], faces=nodes[found.faces])
 
 
-def _coupled(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling:
+def came_in_fast(facing: Facing, positions: np.ndarray, before: np.ndarray, pairs: np.ndarray) -> bool:
+    """Return whether faces stand deeper in others than the reach because they came so far since rows were built last.
+
+    positions, before [n, 3] [m]: now and then; pairs [p, 2]: faces that may meet. What moves slowly comes within the
+    reach of the rows first. In slow contact at edges other faces overlap too, which are not to count.
+    """
+    nodes = facing.local[0]
+    moved = positions[nodes] - before[nodes]
+    if not len(pairs) or not 2.0 * np.linalg.norm(moved - moved.mean(axis=0), axis=1).max() > FAST * facing.reach:
+        return False  # also before the first rows
+    slave, masters = facing.slave.faces, facing.master_faces
+    centre = positions[facing.slave.nodes].mean(axis=0)
+    found = integrals(positions[slave] - centre, positions[masters] - centre, pairs)
+    ways = [(positions - before)[faces].mean(axis=1) for faces in (slave, masters)]
+    normals = area_vectors(positions, slave)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    e, f = pairs.T
+    came = np.einsum("pi,pi->p", ways[0][e] - ways[1][f], normals[e])
+    distance, deep = found[:, at.DISTANCE], (found[:, at.COMMON_AREA] > 0.0) & (found[:, at.POINT_GAP] < 0.0)
+    deep &= (distance > facing.reach) & (distance <= np.minimum(2.0 * came, FAR * facing.reach))
+    return bool((deep & (came > FAST * facing.reach)).any())
+
+
+def _coupled(facing: Facing, positions: np.ndarray, pairs: np.ndarray, fast: bool) -> Coupling:
     """Return the rows of `couple` where all nodes are those of the faces."""
     slave, masters = facing.slave.faces, facing.master_faces
     centre = positions[facing.slave.nodes].mean(axis=0)
@@ -79,8 +106,9 @@ def _coupled(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupli
     face_areas = np.linalg.norm(area_vectors(positions, slave), axis=1)
     near = found[:, at.COMMON_AREA] > 0.0
     closest = np.full(len(slave), np.inf)
-    # what approaches fast stands inside after a step in which it was beyond the reach
-    distance = np.where(found[:, at.POINT_GAP] < 0.0, found[:, at.DISTANCE] / FAR, found[:, at.DISTANCE])
+    distance = found[:, at.DISTANCE]
+    if fast:
+        distance = np.where(found[:, at.POINT_GAP] < 0.0, distance / FAR, distance)
     np.minimum.at(closest, pairs[near, 0], distance[near])
     near &= (found[:, at.DISTANCE] <= FAR * facing.reach) & (closest[pairs[:, 0]] <= facing.reach)
     covered = np.bincount(pairs[near, 0], found[near, at.COMMON_AREA], len(slave))

@@ -15,7 +15,7 @@ from ...kernels import pair_places as at
 from ...planning.body_plan import BodyPlan
 from ...planning.domain import Domain
 from ..constraint_rows import ConstraintRows
-from .coupling import Coupling, couple, deepest_point, empty
+from .coupling import Coupling, came_in_fast, couple, deepest_point, empty
 from .node_to_surface import couple_nodes
 from .search import apart, close_faces
 from .surfaces import Facing, area_vectors, facings_of, surfaces_of
@@ -62,6 +62,7 @@ class PairContact:
         self._given = np.zeros(self._count, dtype=bool)  # those of another run
         self._start: np.ndarray | None = None  # displacement of the first rows, if another run built them
         self.built = np.full((len(self._nodes), 3), np.nan)  # displacement at which the rows were built
+        self._fast = np.zeros(len(self.facings), dtype=bool)  # surfaces came in fast, and are in contact since
         self._coefficients = np.array([pair.coefficient for pair in domain.pairs])
         self._rows: ConstraintRows | None = None  # with friction
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
@@ -86,6 +87,7 @@ class PairContact:
         Where the run has diverged the rows stay as they are: the guards stop it at its next row. The first rows of a
         run that goes on are those of the run before (`go_on`).
         """
+        present = self._reference + u
         if self._start is not None:
             u = np.array(u)
             u[self._nodes] = self._searched
@@ -99,16 +101,30 @@ class PairContact:
         if not (np.linalg.norm(moved, axis=1) <= self.margin).all():  # nan before the first search
             self.search(positions)
             self._searched = u[self._nodes].copy()
-        pairs = zip(self.facings, self._candidates, strict=True)
-        couplings = [self._couple(facing, positions, found) for facing, found in pairs]
-        couplings = [self._movable(coupling) for coupling in couplings]
+        couplings = self._coupled(positions)
         if self.rebuilds == 0:
-            self._close(couplings, positions)
+            self._close(couplings, present)
         self.built = u[self._nodes].copy()
         if self._acting is None:
             self._acting = np.array(arrays.get(self.lists)), np.array(arrays.get(self.values))
         self._store(couplings, positions, stale=0.0)
         self.rebuilds += 1
+
+    def _coupled(self, positions: np.ndarray) -> list[Coupling]:
+        """Return the rows of every slave at positions [n, 3] [m]."""
+        before, found = self._reference.copy(), []
+        before[self._nodes] += self.built
+        for number, (facing, pairs) in enumerate(zip(self.facings, self._candidates, strict=True)):
+            fast = bool(self._fast[number]) or came_in_fast(facing, positions, before, pairs)
+            rows = self._couple(facing, positions, pairs, fast)
+            self._fast[number] = fast and len(rows.slaves) > 0
+            found.append(self._movable(rows))
+        return found
+
+    @property
+    def fast(self) -> tuple[int, ...]:
+        """Numbers in the scene of the slaves whose masters came in fast and touch them since."""
+        return tuple(self._numbers[one.slave.body] for one, fast in zip(self.facings, self._fast, strict=True) if fast)
 
     @property
     def nodes(self) -> np.ndarray:
@@ -134,16 +150,18 @@ class PairContact:
         """The displacement [k, 3] [m] of these nodes at which faces were searched."""
         return self._searched
 
-    def go_on(self, closed: np.ndarray, built: np.ndarray, searched: np.ndarray) -> None:
+    def go_on(self, closed: np.ndarray, built: np.ndarray, searched: np.ndarray, fast: Sequence[int]) -> None:
         """Go on with the closed gaps [k] [m] of another run, with the rows and candidates of its displacements.
 
-        built, searched [k, 3] [m]: displacements. Where that run had other surfaces the present one serves for both.
+        built, searched [k, 3] [m]: displacements; fast: see `fast`. Where that run had other surfaces the present
+        displacement serves for both.
         """
         slot = self._slot[self._nodes]
         known = self._asks_for_closed(slot) & np.isfinite(closed)
         self._closed[slot[known]], self._given[slot[known]] = closed[known], True
         if np.isfinite(built).all() and np.isfinite(searched).all():
             self._start, self._searched = np.array(built), np.array(searched)
+            self._fast[:] = [self._numbers[facing.slave.body] in fast for facing in self.facings]
 
     def begin_step(self) -> None:
         """Take the present rows for those of the forces to come."""
@@ -355,14 +373,14 @@ class PairContact:
         """Return what the next steps need."""
         found = {"lists": np.array(arrays.get(self.lists)), "values": np.array(arrays.get(self.values))}
         found |= {f"candidates{number}": pairs for number, pairs in enumerate(self._candidates)}
-        counts = {"rebuilds": self.rebuilds, "searches": self.searches}
+        counts = {"rebuilds": self.rebuilds, "searches": self.searches, "fast": self._fast.astype(np.int32)}
         return {**found, "searched": self._searched, "built": self.built, "closed": self._closed, **counts}
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Take over what `checkpoint` returned."""
         self.rebuilds, self.searches = saved["rebuilds"], saved["searches"]
         self._searched, self._closed = np.array(saved["searched"]), np.array(saved["closed"])
-        self.built = np.array(saved["built"])
+        self.built, self._fast = np.array(saved["built"]), np.array(saved["fast"], dtype=bool)
         self._candidates = [np.array(saved[f"candidates{number}"]) for number in range(len(self.facings))]
         self.lists = self._written(self.lists, saved["lists"])
         self.values = self._written(self.values, saved["values"])

@@ -42,8 +42,7 @@ def read_abaqus(path: Path) -> FileMesh:
     if not assembly.points or not any(len(block.ids) for block in assembly.blocks):
         raise MeshFileError("holds no nodes or no known elements; export the mesh with *NODE and *ELEMENT")
     place = _Places(assembly, "node", assembly.node_ids)
-    cells = [block.ids for block in assembly.blocks]
-    elements = _Places(assembly, "element", cells + [ids for _, ids in assembly.others])
+    elements = _Places(assembly, "element", [block.ids for block in assembly.blocks])  # each once
     blocks = [(block.cell_type, place.of(block.rows)) for block in assembly.blocks]
     content = FileMesh(np.concatenate(assembly.points), blocks)
     names = _names(assembly)
@@ -132,8 +131,8 @@ def _add_element_sets(
 ) -> None:
     """Add ELSET; warn of those without an element that is read. taken: names of node sets that are complete."""
     for key, chosen in assembly.elsets.items():
-        elements.of(chosen, f"element set {assembly.spelling[key]!r}")
         if key in names:
+            _tell_unknown(assembly, elements, chosen, f"element set {assembly.spelling[key]!r}")
             name, inside = names[key], [np.isin(block.ids, chosen) for block in assembly.blocks]
             parts = [rows[mask] for (_, rows), mask in zip(content.blocks, inside, strict=True)]
             _add_cells(content, name, parts, name in taken)
@@ -167,6 +166,15 @@ def _add_region(content: FileMesh, name: str, parts: list[IntArray]) -> None:
         content.cell_sets[name] = solid
 
 
+def _tell_unknown(assembly: Assembly, elements: _Places, chosen: IntArray, user: str) -> None:
+    """Warn of elements that the file does not give; user: what names them."""
+    known = np.concatenate([elements.ranked, *(ids for _, ids in assembly.others)])
+    missing = chosen[~np.isin(chosen, known)]
+    if len(missing):
+        text = f"{user} names {len(missing)} elements that the file does not give, first {elements.label(missing[0])}"
+        warn(f"{text}: they are left out", MeshWarning)
+
+
 def _loss(assembly: Assembly, chosen: IntArray) -> str:
     """Return why a set of elements holds none that are read: it is empty, or they are of kinds that are no cells."""
     kinds = sorted({kind for kind, ids in assembly.others if np.isin(ids, chosen).any()})
@@ -175,7 +183,7 @@ def _loss(assembly: Assembly, chosen: IntArray) -> str:
 
 def _add_faces(content: FileMesh, assembly: Assembly, surface: Facing, elements: _Places, name: str) -> None:
     for chosen, label in surface.faces:
-        elements.of(chosen, f"surface {name!r}")
+        _tell_unknown(assembly, elements, chosen, f"surface {name!r}")
         if not any(np.isin(block.ids, chosen).any() for block in assembly.blocks):
             warn(f"part of surface {name!r} is left out: {_loss(assembly, chosen)}", MeshWarning)
         for block, (cell_type, rows) in zip(assembly.blocks, content.blocks, strict=True):

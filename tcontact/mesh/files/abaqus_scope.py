@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...base.warning_kinds import MeshWarning, warn
 from ..elements import ELEMENTS
 from ..geometry import FloatArray, IntArray
 from .abaqus_sections import Section
@@ -91,7 +92,8 @@ class Scope:
             nodes = joined([b.rows[np.isin(b.ids, chosen)].reshape(-1) for b in self.blocks])
             if len(chosen) and not len(nodes):
                 reason = f"element set {section.options['ELSET']!r}, none of whose elements is read"
-                raise MeshFileError(f"node set {name!r} takes the nodes of {reason}; list its nodes in the file")
+                warn(f"node set {name!r} is left out: it takes the nodes of {reason}", MeshWarning)
+                return
             self._add(self.nsets, name, nodes)
         elif section.keyword in ("NSET", "ELSET"):
             sets = self.nsets if section.keyword == "NSET" else self.elsets

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...contact.pairs.coupling import FAR
 from ...mesh.triangle_distance import smallest_distance, winding_number
+from ...scene.meeting import FACING
 from ..guards import Stop
 from ..watched import Run
 from .body_meeting import Surface
@@ -57,10 +58,15 @@ class PairOverlap:
             moved = [(now[number] - self._before[number]) / rows for number in (pair.first, pair.second)]
             way = moved[0].mean(axis=0) - moved[1].mean(axis=0)  # of one body against the other in a step
             speed = float(np.linalg.norm(way))
-            closing = way @ (now[pair.first].mean(axis=0) - now[pair.second].mean(axis=0)) < 0.0
-            if closing and speed > self._seen_by_contact[pair.first, pair.second] and apart <= AHEAD * speed:
-                return _too_fast(run.scene.label(pair.first), run.scene.label(pair.second), speed, time + step)
             speed += sum(float(np.linalg.norm(part - part.mean(axis=0), axis=1).max()) for part in moved)
+            depth = self._seen_by_contact[pair.first, pair.second]
+            if speed > depth and apart <= AHEAD * speed:
+                parts = []
+                for number, own in zip((pair.first, pair.second), moved, strict=True):
+                    faces = self._surfaces[number].triangles
+                    parts.append((self._before[number][faces], own[faces].mean(axis=1)))
+                if _passes(parts[0], parts[1], rows + AHEAD, depth):
+                    return _too_fast(run.scene.label(pair.first), run.scene.label(pair.second), depth, time + step)
             wait = min(wait, (apart + deep) / (AHEAD * speed) if speed > 0.0 else wait)
         self.due = row + int(np.clip(wait, 1, RARELY))
         self._before, self._seen = now, row
@@ -79,9 +85,39 @@ def _depths(run: Run) -> dict[tuple[int, int], float]:
     return found
 
 
-def _too_fast(one: str, other: str, way: float, time: float) -> Stop:
-    text = f"bodies {one} and {other} come {way:.3g} m closer in a step at t = {time:.6g} s, further than contact sees"
-    return Stop("missed-contact", f"{text} (three quarters of a face): give a smaller cfl, or coarser contact faces")
+def _passes(
+    one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray], steps: float, depth: float
+) -> bool:
+    """Return whether a face of one body meets one of the other that comes further in a step than `depth` [m].
+
+    one, other: triangles [k, 3, 3] [m] of both, and their ways [k, 3] [m] in each of so many steps from there on.
+    """
+    (corners, ways), (others, their_ways) = one, other
+    normals, theirs = (_unit_normals(triangles) for triangles in (corners, others))
+    low, high = others.min(axis=1), others.max(axis=1)
+    mean = their_ways.mean(axis=0)
+    spread = float(np.linalg.norm(their_ways - mean, axis=1).max())
+    for number in np.flatnonzero(np.einsum("ki,ki->k", normals, ways - mean) + spread > depth):
+        triangle, normal, way = corners[number], normals[number], ways[number] - their_ways
+        end = steps * way
+        found = (high >= triangle.min(axis=0) + np.minimum(end, 0.0)).all(axis=1)
+        found &= (low <= triangle.max(axis=0) + np.maximum(end, 0.0)).all(axis=1)
+        found &= (way @ normal > depth) & (theirs @ normal < FACING)
+        if found.any() and (((others[found] - triangle.mean(axis=0)) @ normal).max(axis=1) > -depth).any():
+            return True
+    return False
+
+
+def _unit_normals(triangles: np.ndarray) -> np.ndarray:
+    """Return the unit normals [k, 3] of triangles [k, 3, 3]; 0 for those without an area."""
+    found = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    sizes = np.linalg.norm(found, axis=1)[:, None]
+    return np.divide(found, sizes, out=np.zeros_like(found), where=sizes > 0.0)
+
+
+def _too_fast(one: str, other: str, depth: float, time: float) -> Stop:
+    text = f"faces of bodies {one} and {other} come more than {depth:.3g} m closer in a step at t = {time:.6g} s,"
+    return Stop("missed-contact", f"{text} further than contact sees: give a smaller cfl, or coarser contact faces")
 
 
 def _deep_node(nodes: np.ndarray, other: np.ndarray, closed: np.ndarray, deep: float) -> np.ndarray | None:

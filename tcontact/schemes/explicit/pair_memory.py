@@ -21,10 +21,12 @@ def remembered(scene: Scene, states: Sequence[BodyView]) -> PairMemory | None:
     starts = np.concatenate([[0], np.cumsum(counts)])
     closed, built = np.full(starts[-1], np.nan), np.full((starts[-1], 3), np.nan)
     searched = built.copy()
+    fast: tuple[int, ...] = ()
     for domain in {id(state.state): state.state for state in states}.values():
         pairs = _pairs_of(domain)
         if pairs is None:
             continue
+        fast += pairs.fast
         whole, nodes = domain.whole_domain, domain.whole_nodes(pairs.nodes)
         for number, body, first, end in zip(
             whole.numbers, whole.bodies, whole.node_start[:-1], whole.node_start[1:], strict=True
@@ -32,7 +34,7 @@ def remembered(scene: Scene, states: Sequence[BodyView]) -> PairMemory | None:
             own = (nodes >= first) & (nodes < end)
             rows = starts[number] + body.node_order[nodes[own] - first]
             closed[rows], built[rows], searched[rows] = pairs.closed_gaps[own], pairs.built[own], pairs.searched[own]
-    return PairMemory(closed, built, searched)
+    return PairMemory(closed, built, searched, fast)
 
 
 def go_on(domains: Sequence[Any], scene: Scene, memory: PairMemory | None) -> None:
@@ -45,7 +47,7 @@ def go_on(domains: Sequence[Any], scene: Scene, memory: PairMemory | None) -> No
         pairs = _pairs_of(domain)
         if pairs is not None:
             values = domain.started_with([given[number] for number in domain.whole_domain.numbers])[pairs.nodes]
-            pairs.go_on(values[:, 0], values[:, 1:4], values[:, 4:])
+            pairs.go_on(values[:, 0], values[:, 1:4], values[:, 4:], memory.fast)
 
 
 def _pairs_of(domain: Any) -> PairContact | None:
