@@ -53,3 +53,61 @@ def test_a_smaller_step_sees_it():
     speed, result = collided(1.2, 0.01, scheme=tc.CentralDifference(cfl=0.4))
     assert result.reason != "missed-contact"
     assert np.abs(result.history["pair_force:up-low"]).max() > EXACT * speed
+
+
+def box(size, cells, start, velocity, name, contact):
+    """A box of rubber; velocity over the speed of sound."""
+    mesh = tc.box_mesh(size, cells, origin=start)
+    return tc.Body(mesh, RUBBER, np.array(velocity) * RUBBER.wave_speed, contact=contact, name=name)
+
+
+def ran(*bodies, duration):
+    """Run bodies for a duration over the time that sound takes through .01 m."""
+    contact = tc.MasslessContact("full")
+    return tc.simulate(tc.Scene(bodies, duration=duration * 0.01 / RUBBER.wave_speed, contact=contact), progress=False)
+
+
+PLATE = (0.2, 0.2, 0.02), (10, 10, 2), (0.0, 0.0, -0.02), (0.0, 0.0, 0.0), "plate", "zmax"
+
+
+def test_what_would_pass_a_plate_away_from_its_middle_is_stopped():
+    """It flies away from the middle of the plate, and down."""
+    block = box((0.02, 0.02, 0.02), (2, 2, 2), (0.12, 0.09, 0.013), (1.0, 0.0, -1.5), "block", "zmin")
+    assert ran(block, box(*PLATE), duration=4.0).reason == "missed-contact"
+
+
+def test_a_fast_flight_past_another_body_goes_on():
+    block = box((0.02, 0.02, 0.02), (2, 2, 2), (-0.05, 0.0, 0.002), (1.2, 0.0, 0.0), "block", "zmin")
+    bar = box((0.1, 0.02, 0.02), (10, 2, 2), (0.0, 0.0, -0.02), (0.0, 0.0, 0.0), "bar", "zmax")
+    assert ran(block, bar, duration=15.0).ok
+
+
+def test_a_fast_slide_goes_on():
+    block = box((0.04, 0.04, 0.04), (4, 4, 4), (0.005, 0.03, 1e-6), (1.0, 0.0, -0.02), "block", "zmin")
+    result = ran(block, box(*PLATE), duration=8.0)
+    assert result.ok
+    assert np.abs(result.history["pair_force:block-plate"]).max() > 0.0
+    assert np.abs(result.history["energy_error"]).max() < 1e-3
+
+
+def test_slow_contact_at_edges_does_not_count_faces_that_overlap_beside_it():
+    """Two blocks of few cells meet with edges; rows on their sides as well give an energy error of .4."""
+    random = np.random.default_rng(6)
+    rubber = tc.NeoHookean(young=1e6, poisson=0.3, density=1000.0)
+    sizes, turns = random.uniform(0.5, 1.5, (2, 3)), (0.8, 0.2)
+    meshes = []
+    for size, turn in zip(sizes, turns, strict=True):
+        axis = random.normal(size=3)
+        mesh = tc.box_mesh(tuple(size), (3, 3, 3)).rotated((tuple(axis / np.linalg.norm(axis)), turn), about=size / 2)
+        meshes.append(mesh.translated(-size / 2))
+    way = random.normal(size=3)
+    way /= np.linalg.norm(way)
+    apart = (meshes[1].nodes @ way).max() - (meshes[0].nodes @ way).min() + 0.02
+    bodies = [
+        tc.Body(meshes[0].translated(apart * way), rubber, -0.07 * rubber.wave_speed * way, contact="auto", name="a"),
+        tc.Body(meshes[1], rubber, contact="auto", name="b"),
+    ]
+    scene = tc.Scene(bodies, duration=5.0 / rubber.wave_speed, contact=tc.MasslessContact("full"))
+    result = tc.simulate(scene, progress=False)
+    assert result.ok
+    assert np.abs(result.history["energy_error"]).max() < 0.15

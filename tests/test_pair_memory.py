@@ -7,7 +7,7 @@ import pytest
 from pair_scenes import oblique_cubes
 
 import tcontact as tc
-from tcontact.cases import ring_in_ring
+from tcontact.cases import ring_in_ring, two_spheres
 
 STEP = 0.025
 
@@ -51,6 +51,22 @@ def test_gaps_that_count_as_closed_are_those_of_the_start():
     assert np.array_equal(first.pairs.closed, second.pairs.closed, equal_nan=True)
     assert np.array_equal(first.pairs.closed, whole.pairs.closed, equal_nan=True)
     assert np.abs(found - known).max() <= 1e-4 * np.abs(whole.pair_force["inner-outer"]).max()
+
+
+def test_gaps_that_a_second_run_closes_are_those_where_the_bodies_then_are():
+    """Not those where the first run built its rows, when the bodies were further apart."""
+    scene = two_spheres.scene(cells=6)
+    step = 0.5 * tc.simulate(dataclasses.replace(scene, duration=1e-3 * scene.duration)).dt_limit
+    scheme = tc.CentralDifference(dt=step)
+    touching = np.abs(next(iter(tc.simulate(scene, scheme).pair_force.values()))).max(axis=1) > 0.0
+    first = tc.simulate(dataclasses.replace(scene, duration=(np.argmax(touching) - 1) * step), scheme)
+    names = [body.name for body in scene.bodies]
+    closed = dataclasses.replace(scene, pairs=[tc.Pair(*names, initial_gap="closed")], duration=3.0 * step)
+    second = tc.simulate(closed, scheme, initial=first)
+    alone = tc.simulate(closed, scheme, initial=dataclasses.replace(first, pairs=None))
+    assert np.nanmax(np.abs(alone.pairs.closed)) > 0.0
+    force = [np.abs(next(iter(result.pair_force.values()))) for result in (second, alone)]
+    assert force[0][0].max() <= 1e-9 * force[1].max()
 
 
 def test_surfaces_that_the_first_run_did_not_have_get_rows_where_they_are():

@@ -22,7 +22,7 @@ SINGULAR = 1e-13  # smallest over largest eigenvalue of int N_s N_s^t below whic
 LARGEST_WEIGHT = 1e3  # beyond it the ordinary shape functions replace the dual ones of a face
 SHARP, FLATTER = 0.95, 0.05  # a slave node below the first flatness takes the normal of masters flatter by the second
 FAR = 3.0  # reach of a pair of faces over that of a slave face; of a slave face where surfaces came in fast
-FAST = 0.6  # way of two faces towards each other since rows were built last over the reach, which is fast
+FAST = 0.6  # way of two faces towards each other in a step over the reach, which is fast
 
 
 @dataclass(frozen=True)
@@ -74,15 +74,16 @@ def couple(facing: Facing, positions: np.ndarray, pairs: np.ndarray, fast: bool 
     return replace(found, slaves=nodes[found.slaves], masters=nodes[found.masters], faces=nodes[found.faces])
 
 
-def came_in_fast(facing: Facing, positions: np.ndarray, before: np.ndarray, pairs: np.ndarray) -> bool:
-    """Return whether faces stand deeper in others than the reach because they came so far since rows were built last.
+def came_in_fast(facing: Facing, positions: np.ndarray, before: np.ndarray, steps: int, pairs: np.ndarray) -> bool:
+    """Return whether faces stand in others because they came a large part of the reach in a step.
 
-    positions, before [n, 3] [m]: now and then; pairs [p, 2]: faces that may meet. What moves slowly comes within the
-    reach of the rows first. In slow contact at edges other faces overlap too, which are not to count.
+    positions, before [n, 3] [m]: now and so many steps ago; pairs [p, 2]: faces that may meet. What moves slowly comes
+    within the reach of the rows first. In slow contact at edges other faces overlap too, which are not to count.
     """
     nodes = facing.local[0]
     moved = positions[nodes] - before[nodes]
-    if not len(pairs) or not 2.0 * np.linalg.norm(moved - moved.mean(axis=0), axis=1).max() > FAST * facing.reach:
+    fast = FAST * facing.reach * max(steps, 1)
+    if not len(pairs) or not 2.0 * np.linalg.norm(moved - moved.mean(axis=0), axis=1).max() > fast:
         return False  # also before the first rows
     slave, masters = facing.slave.faces, facing.master_faces
     centre = positions[facing.slave.nodes].mean(axis=0)
@@ -92,9 +93,9 @@ def came_in_fast(facing: Facing, positions: np.ndarray, before: np.ndarray, pair
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     e, f = pairs.T
     came = np.einsum("pi,pi->p", ways[0][e] - ways[1][f], normals[e])
-    distance, deep = found[:, at.DISTANCE], (found[:, at.COMMON_AREA] > 0.0) & (found[:, at.POINT_GAP] < 0.0)
-    deep &= (distance > facing.reach) & (distance <= np.minimum(2.0 * came, FAR * facing.reach))
-    return bool((deep & (came > FAST * facing.reach)).any())
+    inside = (found[:, at.COMMON_AREA] > 0.0) & (found[:, at.POINT_GAP] < 0.0)
+    inside &= found[:, at.DISTANCE] <= np.minimum(2.0 * came / max(steps, 1), FAR * facing.reach)
+    return bool((inside & (came > fast)).any())
 
 
 def _coupled(facing: Facing, positions: np.ndarray, pairs: np.ndarray, fast: bool) -> Coupling:

@@ -62,6 +62,7 @@ class PairContact:
         self._given = np.zeros(self._count, dtype=bool)  # those of another run
         self._start: np.ndarray | None = None  # displacement of the first rows, if another run built them
         self.built = np.full((len(self._nodes), 3), np.nan)  # displacement at which the rows were built
+        self.steps = self._built_at = 0  # steps so far, and those up to that build
         self._fast = np.zeros(len(self.facings), dtype=bool)  # surfaces came in fast, and are in contact since
         self._coefficients = np.array([pair.coefficient for pair in domain.pairs])
         self._rows: ConstraintRows | None = None  # with friction
@@ -87,12 +88,13 @@ class PairContact:
         Where the run has diverged the rows stay as they are: the guards stop it at its next row. The first rows of a
         run that goes on are those of the run before (`go_on`).
         """
-        present = self._reference + u
+        present, ago = self._reference + u, 0
         if self._start is not None:
             u = np.array(u)
             u[self._nodes] = self._searched
             self.search(self._reference + u)
             u[self._nodes], self._start = self._start, None
+            ago, self.steps = self.steps, 0
         if not np.isfinite(u[self._nodes]).all():
             return
         positions = self._reference + u
@@ -104,7 +106,7 @@ class PairContact:
         couplings = self._coupled(positions)
         if self.rebuilds == 0:
             self._close(couplings, present)
-        self.built = u[self._nodes].copy()
+        self.built, self._built_at = u[self._nodes].copy(), self.steps - ago
         if self._acting is None:
             self._acting = np.array(arrays.get(self.lists)), np.array(arrays.get(self.values))
         self._store(couplings, positions, stale=0.0)
@@ -115,7 +117,8 @@ class PairContact:
         before, found = self._reference.copy(), []
         before[self._nodes] += self.built
         for number, (facing, pairs) in enumerate(zip(self.facings, self._candidates, strict=True)):
-            fast = bool(self._fast[number]) or came_in_fast(facing, positions, before, pairs)
+            steps = self.steps - self._built_at
+            fast = bool(self._fast[number]) or came_in_fast(facing, positions, before, steps, pairs)
             rows = self._couple(facing, positions, pairs, fast)
             self._fast[number] = fast and len(rows.slaves) > 0
             found.append(self._movable(rows))
@@ -125,6 +128,11 @@ class PairContact:
     def fast(self) -> tuple[int, ...]:
         """Numbers in the scene of the slaves whose masters came in fast and touch them since."""
         return tuple(self._numbers[one.slave.body] for one, fast in zip(self.facings, self._fast, strict=True) if fast)
+
+    @property
+    def built_ago(self) -> int:
+        """Number of steps since the rows were built."""
+        return self.steps - self._built_at
 
     @property
     def nodes(self) -> np.ndarray:
@@ -150,17 +158,19 @@ class PairContact:
         """The displacement [k, 3] [m] of these nodes at which faces were searched."""
         return self._searched
 
-    def go_on(self, closed: np.ndarray, built: np.ndarray, searched: np.ndarray, fast: Sequence[int]) -> None:
+    def go_on(
+        self, closed: np.ndarray, built: np.ndarray, searched: np.ndarray, fast: Sequence[int], steps: int
+    ) -> None:
         """Go on with the closed gaps [k] [m] of another run, with the rows and candidates of its displacements.
 
-        built, searched [k, 3] [m]: displacements; fast: see `fast`. Where that run had other surfaces the present
-        displacement serves for both.
+        built, searched [k, 3] [m]: displacements; fast, steps: see `fast`, `built_ago`. Where that run had other
+        surfaces the present displacement serves for both.
         """
         slot = self._slot[self._nodes]
         known = self._asks_for_closed(slot) & np.isfinite(closed)
         self._closed[slot[known]], self._given[slot[known]] = closed[known], True
         if np.isfinite(built).all() and np.isfinite(searched).all():
-            self._start, self._searched = np.array(built), np.array(searched)
+            self._start, self._searched, self.steps = np.array(built), np.array(searched), steps
             self._fast[:] = [self._numbers[facing.slave.body] in fast for facing in self.facings]
 
     def begin_step(self) -> None:
@@ -374,6 +384,7 @@ class PairContact:
         found = {"lists": np.array(arrays.get(self.lists)), "values": np.array(arrays.get(self.values))}
         found |= {f"candidates{number}": pairs for number, pairs in enumerate(self._candidates)}
         counts = {"rebuilds": self.rebuilds, "searches": self.searches, "fast": self._fast.astype(np.int32)}
+        counts |= {"steps": self.steps, "built_at": self._built_at}
         return {**found, "searched": self._searched, "built": self.built, "closed": self._closed, **counts}
 
     def restore(self, saved: dict[str, Any]) -> None:
@@ -381,6 +392,7 @@ class PairContact:
         self.rebuilds, self.searches = saved["rebuilds"], saved["searches"]
         self._searched, self._closed = np.array(saved["searched"]), np.array(saved["closed"])
         self.built, self._fast = np.array(saved["built"]), np.array(saved["fast"], dtype=bool)
+        self.steps, self._built_at = saved["steps"], saved["built_at"]
         self._candidates = [np.array(saved[f"candidates{number}"]) for number in range(len(self.facings))]
         self.lists = self._written(self.lists, saved["lists"])
         self.values = self._written(self.values, saved["values"])

@@ -69,6 +69,7 @@ class DeviceBoundarySteps(DeviceTermSteps):
                 self._launch_step(offer, kicks, steps)
                 offer += 1
             control = self._read()
+            self.count_steps(control)
             taken = int(control[self.names.TAKEN])  # fewer where friction layers took two layer steps in one
             if control[self.names.WANTS] == self.names.A_ROWS:
                 self.build_rows()

@@ -216,6 +216,7 @@ class DeviceContactSteps(DeviceTermSteps):
         names = self.names
         for turn in range(99):
             control = np.array(arrays.get(self._own["control"]))
+            self.count_steps(control)
             if control[names.WANTS] == names.A_ROWS:
                 self.build_rows()
                 control[names.WANTS] = names.A_PASS

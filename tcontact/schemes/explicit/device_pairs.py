@@ -25,12 +25,19 @@ class DevicePairs:
     def __init__(self, pairs: PairContact, u: arrays.Array) -> None:
         self._pairs, self._u = pairs, u
         self.built = 0
+        self._steps, self._counted = pairs.steps, 0  # before the present block, and of it so far
         self._before: dict[str, Any] | None = None  # the rows that the present block began with, if it built others
 
     def begin(self) -> None:
         """Begin a block of steps."""
         self._pairs.begin_step()
         self._before = None
+        self._steps, self._counted = self._pairs.steps, 0
+
+    def passed(self, steps: int) -> None:
+        """Note that so many steps of the present block are done."""
+        self._pairs.steps += steps - self._counted
+        self._counted = steps
 
     def end(self) -> None:
         """End a block of steps, which is not taken again."""
@@ -47,6 +54,7 @@ class DevicePairs:
         """Take the rows that the block began with, which is taken again."""
         if self._before is not None:
             self._pairs.restore(self._before)
+        self._pairs.steps, self._counted = self._steps, 0
         arrays.set_values(self._pairs.values, np.zeros(1), SQUEEZED)
 
     def replaced(self, bundles: dict[str, Any]) -> dict[str, Any]:

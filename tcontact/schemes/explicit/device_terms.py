@@ -138,6 +138,11 @@ class DeviceTermSteps(DeviceSteps):
         if self.halo is not None:
             self.halo.pass_over(steps)
 
+    def count_steps(self, control: np.ndarray) -> None:
+        """Let the pairs count the steps of the present block; control: the numbers of the device."""
+        if self.pairs is not None:
+            self.pairs.passed(int(control[self.names.TAKEN]))
+
     def build_rows(self) -> None:
         """Build the rows of pairs anew."""
         assert self.pairs is not None

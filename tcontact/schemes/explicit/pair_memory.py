@@ -22,11 +22,12 @@ def remembered(scene: Scene, states: Sequence[BodyView]) -> PairMemory | None:
     closed, built = np.full(starts[-1], np.nan), np.full((starts[-1], 3), np.nan)
     searched = built.copy()
     fast: tuple[int, ...] = ()
+    steps = 0
     for domain in {id(state.state): state.state for state in states}.values():
         pairs = _pairs_of(domain)
         if pairs is None:
             continue
-        fast += pairs.fast
+        fast, steps = fast + pairs.fast, pairs.built_ago
         whole, nodes = domain.whole_domain, domain.whole_nodes(pairs.nodes)
         for number, body, first, end in zip(
             whole.numbers, whole.bodies, whole.node_start[:-1], whole.node_start[1:], strict=True
@@ -34,7 +35,7 @@ def remembered(scene: Scene, states: Sequence[BodyView]) -> PairMemory | None:
             own = (nodes >= first) & (nodes < end)
             rows = starts[number] + body.node_order[nodes[own] - first]
             closed[rows], built[rows], searched[rows] = pairs.closed_gaps[own], pairs.built[own], pairs.searched[own]
-    return PairMemory(closed, built, searched, fast)
+    return PairMemory(closed, built, searched, fast, steps)
 
 
 def go_on(domains: Sequence[Any], scene: Scene, memory: PairMemory | None) -> None:
@@ -47,7 +48,7 @@ def go_on(domains: Sequence[Any], scene: Scene, memory: PairMemory | None) -> No
         pairs = _pairs_of(domain)
         if pairs is not None:
             values = domain.started_with([given[number] for number in domain.whole_domain.numbers])[pairs.nodes]
-            pairs.go_on(values[:, 0], values[:, 1:4], values[:, 4:], memory.fast)
+            pairs.go_on(values[:, 0], values[:, 1:4], values[:, 4:], memory.fast, memory.steps)
 
 
 def _pairs_of(domain: Any) -> PairContact | None:

@@ -161,6 +161,8 @@ class SerialStep:
             control[names.START] = names.KICK
             control = self._go(control, u, v)
         done = int(control[names.ROWS_DONE])
+        if self.pairs is not None:
+            self.pairs.steps += done
         if self.loads is not None and control[names.WANTS_LOADS] == 1.0:
             self.loads.ask(u, time + after, after)
             stale = control[names.WANTS_ROWS]
