@@ -74,21 +74,21 @@ def couple(facing: Facing, positions: np.ndarray, pairs: np.ndarray, fast: bool 
     return replace(found, slaves=nodes[found.slaves], masters=nodes[found.masters], faces=nodes[found.faces])
 
 
-def came_in_fast(facing: Facing, positions: np.ndarray, before: np.ndarray, steps: int, pairs: np.ndarray) -> bool:
+def came_in_fast(facing: Facing, positions: np.ndarray, moved: np.ndarray, steps: int, pairs: np.ndarray) -> bool:
     """Return whether faces stand in others because they came a large part of the reach in a step.
 
-    positions, before [n, 3] [m]: now and so many steps ago; pairs [p, 2]: faces that may meet. What moves slowly comes
-    within the reach of the rows first. In slow contact at edges other faces overlap too, which are not to count.
+    positions, moved [k, 3] [m]: of the nodes of all faces (`Facing.local`), and their way in so many steps up to there,
+    NaN before the first rows; pairs [p, 2]: faces that may meet. What moves slowly comes within the reach of the rows
+    first. In slow contact at edges other faces overlap too, which are not to count.
     """
-    nodes = facing.local[0]
-    moved = positions[nodes] - before[nodes]
     fast = FAST * facing.reach * max(steps, 1)
     if not len(pairs) or not 2.0 * np.linalg.norm(moved - moved.mean(axis=0), axis=1).max() > fast:
-        return False  # also before the first rows
-    slave, masters = facing.slave.faces, facing.master_faces
-    centre = positions[facing.slave.nodes].mean(axis=0)
+        return False
+    local = facing.local[1]
+    slave, masters = local.slave.faces, local.master_faces
+    centre = positions[local.slave.nodes].mean(axis=0)
     found = integrals(positions[slave] - centre, positions[masters] - centre, pairs)
-    ways = [(positions - before)[faces].mean(axis=1) for faces in (slave, masters)]
+    ways = [moved[faces].mean(axis=1) for faces in (slave, masters)]
     normals = area_vectors(positions, slave)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     e, f = pairs.T

@@ -88,7 +88,7 @@ class PairContact:
         Where the run has diverged the rows stay as they are: the guards stop it at its next row. The first rows of a
         run that goes on are those of the run before (`go_on`).
         """
-        present, ago = self._reference + u, 0
+        present, ago = u, 0
         if self._start is not None:
             u = np.array(u)
             u[self._nodes] = self._searched
@@ -103,22 +103,22 @@ class PairContact:
         if not (np.linalg.norm(moved, axis=1) <= self.margin).all():  # nan before the first search
             self.search(positions)
             self._searched = u[self._nodes].copy()
-        couplings = self._coupled(positions)
+        couplings = self._coupled(positions, u[self._nodes] - self.built)
         if self.rebuilds == 0:
-            self._close(couplings, present)
-        self.built, self._built_at = u[self._nodes].copy(), self.steps - ago
+            self._close(couplings, self._reference + present)
+        self.built, self._built_at = u[self._nodes], self.steps - ago
         if self._acting is None:
             self._acting = np.array(arrays.get(self.lists)), np.array(arrays.get(self.values))
         self._store(couplings, positions, stale=0.0)
         self.rebuilds += 1
 
-    def _coupled(self, positions: np.ndarray) -> list[Coupling]:
-        """Return the rows of every slave at positions [n, 3] [m]."""
-        before, found = self._reference.copy(), []
-        before[self._nodes] += self.built
+    def _coupled(self, positions: np.ndarray, moved: np.ndarray) -> list[Coupling]:
+        """Return the rows of every slave at positions [n, 3] [m]; moved [k, 3] [m]: way of `nodes` since the last."""
+        found = []
         for number, (facing, pairs) in enumerate(zip(self.facings, self._candidates, strict=True)):
-            steps = self.steps - self._built_at
-            fast = bool(self._fast[number]) or came_in_fast(facing, positions, before, steps, pairs)
+            nodes = facing.local[0]
+            own = positions[nodes], moved[np.searchsorted(self._nodes, nodes)]
+            fast = bool(self._fast[number]) or came_in_fast(facing, *own, self.built_ago, pairs)
             rows = self._couple(facing, positions, pairs, fast)
             self._fast[number] = fast and len(rows.slaves) > 0
             found.append(self._movable(rows))

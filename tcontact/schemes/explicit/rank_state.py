@@ -91,7 +91,7 @@ class RankState(DomainState):
         self._rows = 1 if self._asks else int(team.smallest(len(self._raw)))
         # of other bodies, on other ranks too; a GPU can take a block with metals again
         one_by_one = team.any(bool(domain.pairs) or (domain.plastic and not on_device))
-        self._rows = 1 if one_by_one and team.any(on_device) else self._rows
+        self._rows = 1 if one_by_one and on_device else self._rows
         self._kept: Rewind | DeviceSteps | None = None
         if not one_by_one and self._rows > 1:
             self._kept = self.device or Rewind(self)
