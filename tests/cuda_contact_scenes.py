@@ -111,7 +111,7 @@ def sagged():
 
 
 def sank():
-    """The same after a fall: its solve fails amid a block of steps; for several ranks (test_rank_cuda.py)."""
+    """A body like `sagged` that falls first: its solve fails amid a block of steps (test_rank_cuda.py)."""
     return thrown(block(cells=3, shake=0.1), SAGGING, 90.0, gap=0.3, duration=1e-2)
 
 

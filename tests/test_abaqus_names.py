@@ -117,19 +117,19 @@ def test_numbers_that_the_file_does_not_give_are_refused_by_the_name_of_their_se
 
 
 @pytest.mark.parametrize(
-    ("sets", "words"),
-    [
-        ("*Elset, elset=x\n1, 77\n", "element set 'x' names 1 elements that the file does not give, first element 77"),
-        ("*Elset, elset=x, generate\n1, 17\n", "element set 'x' names 1 elements .* first element 17"),
-        ("*Surface, name=s\n77, S1\n1, S1\n", "surface 's' names 1 elements"),
-    ],
+    ("sets", "first", "left"),
+    [("*Elset, elset=x\n1, 77\n", 77, [0]), ("*Elset, elset=x, generate\n1, 17\n", 17, list(range(16)))],
 )
-def test_elements_that_the_file_does_not_give_are_left_out_with_a_warning(tmp_path, sets, words):
+def test_elements_that_the_file_does_not_give_are_left_out_with_a_warning(tmp_path, sets, first, left):
     """A range may have gaps: no program that reads such files refuses them."""
-    (tmp_path / "names.inp").write_text(NODES + CELLS + sets)
-    with pytest.warns(tc.MeshWarning, match=words):
-        mesh = tc.read_mesh(tmp_path / "names.inp")
-    assert "s" in mesh.face_sets or mesh.cell_sets["x"].tolist() == list(range(1 if "77" in sets else 16))
+    words = f"element set 'x' names 1 elements that the file does not give, first element {first}"
+    assert read_with_warning(tmp_path, words, NODES, CELLS, sets).cell_sets["x"].tolist() == left
+
+
+def test_faces_of_elements_that_the_file_does_not_give_are_left_out_with_a_warning(tmp_path):
+    (tmp_path / "names.inp").write_text(NODES + CELLS + "*Surface, name=s\n77, S1\n1, S1\n")
+    with pytest.warns(tc.MeshWarning, match="surface 's' names 1 elements"):
+        assert len(tc.read_mesh(tmp_path / "names.inp").face_sets["s"]) == 1
 
 
 def test_an_nset_of_elements_that_are_not_read_is_left_out_with_a_warning(tmp_path):
@@ -138,9 +138,11 @@ def test_an_nset_of_elements_that_are_not_read_is_left_out_with_a_warning(tmp_pa
         assert "x" not in tc.read_mesh(tmp_path / "names.inp").node_sets
 
 
-def test_a_mass_may_have_the_number_of_a_cell(tmp_path):
-    """What is not read need not be numbered apart from it."""
-    assert read(tmp_path, NODES, CELLS, MASSES.replace("901", "3")).cell_count == BOX.cell_count
+def test_a_mass_with_the_number_of_a_cell_is_told(tmp_path):
+    """The set of the masses holds this cell then."""
+    words = "element 3 is given twice, as a cell and as MASS"
+    mesh = read_with_warning(tmp_path, words, NODES, CELLS, MASSES.replace("901", "3"))
+    assert mesh.cell_sets["lumps"].tolist() == [2]
 
 
 def test_sets_whose_elements_are_not_read_are_left_out_with_a_warning(tmp_path):

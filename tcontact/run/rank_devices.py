@@ -34,7 +34,7 @@ def sharing(contact_ranks: int | None, arch: str) -> int | None:
 def check_as_many(before: int, ranks: int, arch: str) -> None:
     """Refuse to go on on GPUs with a run of another number of ranks. Raises `InputError`."""
     if arch == "cuda" and before != ranks:
-        remedy = f"{before} process(es) wrote the checkpoint: on GPUs as many go on; take so many, or arch='cpu'"
+        remedy = f"{before} process(es) wrote the checkpoint, and on GPUs as many go on: start so many, or run again"
         raise InputError("arch", arch, remedy)
 
 

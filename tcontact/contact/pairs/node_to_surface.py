@@ -21,11 +21,8 @@ FARTHEST = 2.0  # largest local coordinate
 ROUNDING = 1e-9  # of a distance over the size of a face
 
 
-def couple_nodes(facing: Facing, positions: np.ndarray, pairs: np.ndarray, _fast: bool = False) -> Coupling:
-    """Return the rows of a slave surface at positions [n, 3] [m]; pairs [p, 2]: faces that may meet.
-
-    Nodes are held up to 3 reach deep, fast or not.
-    """
+def couple_nodes(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling:
+    """Return the rows of a slave surface at positions [n, 3] [m]; pairs [p, 2]: faces that may meet."""
     masters = facing.master_faces
     candidates = np.stack([facing.slave.faces[pairs[:, 0]], np.broadcast_to(pairs[:, 1:], (len(pairs), 4))], axis=2)
     nodes, f = np.unique(candidates.reshape(-1, 2), axis=0).T

@@ -116,11 +116,14 @@ class PairContact:
         """Return the rows of every slave at positions [n, 3] [m]; moved [k, 3] [m]: way of `nodes` since the last."""
         found = []
         for number, (facing, pairs) in enumerate(zip(self.facings, self._candidates, strict=True)):
-            nodes = facing.local[0]
-            own = positions[nodes], moved[np.searchsorted(self._nodes, nodes)]
-            fast = bool(self._fast[number]) or came_in_fast(facing, *own, self.built_ago, pairs)
-            rows = self._couple(facing, positions, pairs, fast)
-            self._fast[number] = fast and len(rows.slaves) > 0
+            if self._couple is couple:  # a penalty holds nodes as deep, fast or not
+                nodes = facing.local[0]
+                own = positions[nodes], moved[np.searchsorted(self._nodes, nodes)]
+                fast = bool(self._fast[number]) or came_in_fast(facing, *own, self.built_ago, pairs)
+                rows = couple(facing, positions, pairs, fast)
+                self._fast[number] = fast and len(rows.slaves) > 0
+            else:
+                rows = self._couple(facing, positions, pairs)
             found.append(self._movable(rows))
         return found
 

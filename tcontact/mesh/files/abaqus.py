@@ -43,6 +43,7 @@ def read_abaqus(path: Path) -> FileMesh:
         raise MeshFileError("holds no nodes or no known elements; export the mesh with *NODE and *ELEMENT")
     place = _Places(assembly, "node", assembly.node_ids)
     elements = _Places(assembly, "element", [block.ids for block in assembly.blocks])  # each once
+    _tell_doubles(assembly, elements)
     blocks = [(block.cell_type, place.of(block.rows)) for block in assembly.blocks]
     content = FileMesh(np.concatenate(assembly.points), blocks)
     names = _names(assembly)
@@ -164,6 +165,15 @@ def _add_region(content: FileMesh, name: str, parts: list[IntArray]) -> None:
     }
     if solid:
         content.cell_sets[name] = solid
+
+
+def _tell_doubles(assembly: Assembly, elements: _Places) -> None:
+    """Warn of elements of kinds that are not read with the number of a cell, for which sets then stand."""
+    for kind, ids in assembly.others:
+        double = ids[np.isin(ids, elements.ranked)]
+        if len(double):
+            text = f"{elements.label(double[0])} is given twice, as a cell and as {kind}"
+            warn(f"{text}: sets that name it hold the cell; give the {kind} elements other numbers", MeshWarning)
 
 
 def _tell_unknown(assembly: Assembly, elements: _Places, chosen: IntArray, user: str) -> None:

@@ -17,8 +17,10 @@ class DeviceHalo:
     """
 
     def __init__(self, exchange: Exchange, rows: np.ndarray, force: arrays.Array, control: arrays.Array) -> None:
+        from ...kernels.step.device_control import NOTHING
         from ...kernels.step.device_halo import gather_shared, scatter_shared
 
+        self._turn = NOTHING  # what is next where the device takes a step
         self.exchange, self._force, self._control = exchange, force, control
         with arrays.standing_in(None):
             self._scratch = arrays.zeros(3 * len(rows) + 1)
@@ -29,7 +31,7 @@ class DeviceHalo:
         """Add the parts of all ranks where the device has taken the step that was offered; return whether it has."""
         self._gather(self._force, self._rows, *arrays.placed(self._control), self._scratch)
         staged = np.array(arrays.get(self._scratch))
-        if staged[-1] != 0.0:  # NOTHING: the step was its turn
+        if staged[-1] != self._turn:
             return False
         self.exchange.add(staged[:-1].reshape(-1, 3))
         arrays.set_values(self._scratch, staged)
