@@ -44,6 +44,45 @@ class Coupling:
     faces: np.ndarray
     face_weights: np.ndarray
 
+    def chosen(self, kept: np.ndarray) -> Coupling:
+        """Return the rows of which `kept` [r] says so."""
+        if kept.all():
+            return self
+        entries, faces = np.diff(self.first), np.diff(self.first_face)
+        own, beside = np.repeat(kept, entries), np.repeat(kept, faces)
+        return Coupling(
+            self.slaves[kept],
+            self.area[kept],
+            starts(entries[kept]),
+            self.masters[own],
+            self.weights[own],
+            self.bodies[own],
+            starts(faces[kept]),
+            self.faces[beside],
+            self.face_weights[beside],
+        )
+
+    def normals(self, positions: np.ndarray) -> np.ndarray:
+        """Return the unit normal [r, 3] of every row, into the slave, at positions [n, 3] [m]."""
+        if not len(self.slaves):
+            return np.zeros((0, 3))
+        across = area_vectors(positions, self.faces)
+        across *= (self.face_weights / np.linalg.norm(across, axis=1))[:, None]
+        normal = np.add.reduceat(across, self.first_face[:-1])
+        return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
+
+    def gaps(self, positions: np.ndarray) -> np.ndarray:
+        """Return the gap [r] [m] of every row at positions [n, 3] [m]."""
+        if not len(self.slaves):
+            return np.zeros(0)
+        there = np.add.reduceat(self.weights[:, None] * positions[self.masters], self.first[:-1])
+        return np.asarray(np.einsum("ri,ri->r", positions[self.slaves] - there, self.normals(positions)))
+
+
+def starts(counts: np.ndarray) -> np.ndarray:
+    """Return where each of parts of so many entries begins, and the end of the last one."""
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
 
 def integrals(slaves: np.ndarray, masters: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """Return the integrals [p, INTEGRALS] of pairs [p, 2] of faces with corners [.., 4, 3] [m]."""
@@ -128,7 +167,22 @@ def _coupled(facing: Facing, positions: np.ndarray, pairs: np.ndarray, fast: boo
     wild = np.zeros(len(slave), dtype=bool)
     wild[e[weights.reshape(-1, 16).max(axis=1, initial=0.0) > LARGEST_WEIGHT]] = True
     blocks[wild[e]] = mixed[wild[e]]
-    return _rows(facing, positions, e, f, blocks, np.where(kept, area, 0.0), own.sum(axis=2))
+    shares = own.sum(axis=2)
+    rows = _rows(facing, positions, e, f, blocks, np.where(kept, area, 0.0), shares)
+    return rows.chosen(rows.gaps(positions) >= _least_gaps(facing, e, found, shares)[rows.slaves] - facing.reach)
+
+
+def _least_gaps(facing: Facing, e: np.ndarray, found: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Return the smallest gap [n] [m] of the points with which the faces of every slave node are covered.
+
+    e [p], found [p, INTEGRALS], shares [p, 4] [m^2]: slave faces, integrals and int N_s of the pairs. The gap of a row
+    is that at its node, to where it is extrapolated from a face of which only a far part is covered: at an edge that
+    another face looks at from the side it may be a cell deep though nothing touches.
+    """
+    least = np.full(1 + int(facing.slave.nodes.max()), np.inf)
+    for corner, share in zip(facing.slave.faces[e].T, shares.T, strict=True):
+        np.minimum.at(least, corner[share != 0.0], found[share != 0.0, at.POINT_GAP])
+    return least
 
 
 def deepest_point(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> tuple[float, np.ndarray]:

@@ -15,10 +15,10 @@ from ...kernels import pair_places as at
 from ...planning.body_plan import BodyPlan
 from ...planning.domain import Domain
 from ..constraint_rows import ConstraintRows
-from .coupling import Coupling, came_in_fast, couple, deepest_point, empty
+from .coupling import Coupling, came_in_fast, couple, deepest_point, empty, starts
 from .node_to_surface import couple_nodes
 from .search import apart, close_faces
-from .surfaces import Facing, area_vectors, facings_of, surfaces_of
+from .surfaces import Facing, facings_of, surfaces_of
 
 SLIP = 0.03  # slip since the rows were built, over the size of a slave face, beyond which they are built anew
 TIGHT = 1e-6  # tolerance of the static solve below which that slip is smaller in the same ratio
@@ -221,22 +221,7 @@ class PairContact:
     def _movable(self, coupling: Coupling) -> Coupling:
         """Return the rows whose slaves have no mass; the others are held."""
         slot = self._slot[coupling.slaves]
-        kept = (slot >= 0) & (slot < self._count)
-        if kept.all():
-            return coupling
-        entries = np.repeat(kept, np.diff(coupling.first))
-        faces = np.repeat(kept, np.diff(coupling.first_face))
-        return Coupling(
-            coupling.slaves[kept],
-            coupling.area[kept],
-            _starts(np.diff(coupling.first)[kept]),
-            coupling.masters[entries],
-            coupling.weights[entries],
-            coupling.bodies[entries],
-            _starts(np.diff(coupling.first_face)[kept]),
-            coupling.faces[faces],
-            coupling.face_weights[faces],
-        )
+        return coupling.chosen((slot >= 0) & (slot < self._count))
 
     def _store(self, couplings: list[Coupling], positions: np.ndarray, stale: float) -> None:
         """Write the rows of all slaves, masters of others first, into the arrays of the kernels."""
@@ -247,7 +232,7 @@ class PairContact:
         sides = [self._sides(facing, one.bodies) for facing, one in zip(self.facings, couplings, strict=True)]
         row_of = np.full(self._count, -1)
         row_of[slaves] = np.arange(rows)
-        first = _starts(np.concatenate([np.diff(one.first) for one in couplings]))
+        first = starts(np.concatenate([np.diff(one.first) for one in couplings]))
         weights = np.concatenate([one.weights for one in couplings])
         numbers = np.zeros((rows, at.ROW_NUMBERS))
         if rows:
@@ -261,10 +246,10 @@ class PairContact:
                                     for facing, one in zip(self.facings, couplings, strict=True)])  # fmt: skip
             numbers[:, at.SLIP_LIMIT], numbers[:, at.DEEP] = self._slip * sizes, SLIP * sizes
         faces = [one.faces for one in couplings]
-        first_face = _starts(np.concatenate([np.diff(one.first_face) for one in couplings]))
+        first_face = starts(np.concatenate([np.diff(one.first_face) for one in couplings]))
         face_weights = np.concatenate([one.face_weights for one in couplings])
         if self._normal is not None:
-            into = np.concatenate([_row_normals(one, positions) for one in couplings]) @ self._normal
+            into = np.concatenate([one.normals(positions) for one in couplings]) @ self._normal
             numbers[:, at.NORMAL : at.NORMAL + 3] = np.sign(into)[:, None] * self._normal
             faces, first_face, face_weights = [faces[0][:0]], np.zeros(rows + 1, dtype=np.int64), face_weights[:0]
         whole = {
@@ -325,7 +310,7 @@ class PairContact:
             pairs = close_faces(facing, positions)
             gap, where = deepest_point(facing, positions, pairs)
             rows = self._movable(self._couple(facing, positions, pairs))
-            smallest = float(_gaps(rows, positions).min(initial=np.inf))
+            smallest = float(rows.gaps(positions).min(initial=np.inf))
             if gap > 0.0 and smallest < -max(COARSE * facing.slave.size, facing.closed):
                 masters = " or ".join(sorted({self.labels[body] for body in facing.master_bodies}))
                 warnings.warn(
@@ -348,7 +333,7 @@ class PairContact:
     def _close(self, couplings: list[Coupling], positions: np.ndarray) -> None:
         """Let the gaps of the start that come from flat faces count as closed, for pairs that ask for it."""
         for facing, one in zip(self.facings, couplings, strict=True):
-            gap = _gaps(one, positions)
+            gap = one.gaps(positions)
             slot = self._slot[one.slaves]
             small = (np.abs(gap) <= facing.closed) & ~self._given[slot]
             self._closed[slot[small]] = gap[small]
@@ -406,24 +391,6 @@ class PairContact:
         return [self.lists, self.values]
 
 
-def _gaps(one: Coupling, positions: np.ndarray) -> np.ndarray:
-    """Return the gap [m] of every row at positions [n, 3] [m]."""
-    if not len(one.slaves):
-        return np.zeros(0)
-    apart = positions[one.slaves] - np.add.reduceat(one.weights[:, None] * positions[one.masters], one.first[:-1])
-    return np.asarray(np.einsum("ri,ri->r", apart, _row_normals(one, positions)))
-
-
-def _row_normals(one: Coupling, positions: np.ndarray) -> np.ndarray:
-    """Return the unit normal [r, 3] of every row, into the slave, at positions [n, 3] [m]."""
-    if not len(one.slaves):
-        return np.zeros((0, 3))
-    across = area_vectors(positions, one.faces)
-    across *= (one.face_weights / np.linalg.norm(across, axis=1))[:, None]
-    normal = np.add.reduceat(across, one.first_face[:-1])
-    return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
-
-
 def check_starts(domains: Iterable[Domain], displacement: Sequence[np.ndarray]) -> None:
     """Refuse bodies that overlap at the start; displacement: of every body [n, 3] [m]. Raises `InputError`."""
     for domain in domains:
@@ -433,7 +400,3 @@ def check_starts(domains: Iterable[Domain], displacement: Sequence[np.ndarray]) 
                 for number, body in zip(domain.numbers, domain.bodies, strict=True)
             ]
             PairContact(domain).check_start(np.concatenate(parts))
-
-
-def _starts(counts: np.ndarray) -> np.ndarray:
-    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
