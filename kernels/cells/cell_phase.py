@@ -170,11 +170,11 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
             return force_of(x, y, weight, parameters, law_of, memory)
 
     @ti.func
-    def viscous_answer(x: ti.template(), y: ti.template(), w: ti.template(), speed, square, unit):
+    def viscous_answer(x: ti.template(), y: ti.template(), w: ti.template(), half, speed, square, unit):
         if ti.static(mixed):
-            return viscosity_of(x, y, w, speed, square, unit)
+            return viscosity_of(x, y, w, half, speed, square, unit)
         else:
-            return viscosity_of(x, y, w, speed, square)
+            return viscosity_of(x, y, w, half, speed, square)
 
     @ti.func
     def unit_of(body: ti.template(), material):
@@ -271,7 +271,8 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                             here *= with_mass(body, start + k * width, body.params[MASSLESS], width)
                     w = [[velocity[k][c] for k in range(corners)] for c in range(3)]
                     constants = [body.params[material + VISCOSITY + i] for i in range(LAME - VISCOSITY)]
-                    added = viscous_answer(x, y, w, constants[0], constants[1], unit)
+                    half = 0.5 * ti.max(body.params[STEP], 0.0)
+                    added = viscous_answer(x, y, w, half, constants[0], constants[1], unit)
                     rate = constants[3] * here * added[3]
                     fastest = ti.max(fastest, rate)
                     # cap the viscous pressure so that it at most reverses the strain rate of a cell: until a step above

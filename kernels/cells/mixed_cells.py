@@ -140,17 +140,18 @@ def single_force(force_of, law, stored: int, averaged: bool):
 
 
 def single_viscosity(viscosity_of):
-    """Return viscosity(x, u, v, speed, square, unit) in float64 by `viscosity_of` of an element in float32."""
+    """Return viscosity(x, u, v, half, speed, square, unit) in float64 by `viscosity_of` of an element in float32."""
     inner = in_single(viscosity_of)
 
     @ti.func
-    def viscosity(x, u, v, speed, square, unit):
+    def viscosity(x, u, v, half, speed, square, unit):
         per_unit = 1.0 / unit
         area = unit * unit
         answer = inner(
             differences(x, per_unit),
             differences(u, per_unit),
             differences(v, per_unit),
+            narrow(half),
             narrow(speed * per_unit),
             narrow(square),
         )

@@ -2,7 +2,11 @@
 
     e = V'/V,   q = -rho h (c1 c + c2^2 h max(-e, 0)) e,   f_k = -q dV/dx_k,   dissipation -q V'
 
-with V' from v^{n-1/2}; the step to x^n dissipates -(q^{n-1} + q^n)/2 V' dt, so cells store their q. rho and h are those
+with V' = dV/dx_k . v_k^{n-1/2} at the middle of the step, x = x^n - v dt/2. A rigid step, by any rotation, then has no
+V' at all, where the slopes at x^n would see a spin of w as expansion by w^2 dt; for other steps V' dt is the change of
+volume to third order. f_k acts along dV/dx_k at x^n: the mean of its slopes at both ends of a step has the same V' in a
+rigid one, so what f takes from the motion is what is dissipated. At the start, and in products, no step has ended.
+The step to x^n dissipates -(q^{n-1} + q^n)/2 V' dt, so cells store their q. rho, h and V are those
 of the present state (h: volume over the largest mid-face area, in tetrahedra the shortest height), c that of the
 reference state. The linear part (Landshoff) acts in compression and expansion and damps ringing, the quadratic part
 (von Neumann and Richtmyer, J. Appl. Phys. 21, 232, 1950) acts only in compression and damps the shock; the factors h

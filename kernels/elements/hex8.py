@@ -132,11 +132,11 @@ def hex_slopes(mode_x):
 
 
 @ti.func
-def hex_viscosity(x, u, v, speed, square):
+def hex_viscosity(x, u, v, half, speed, square):
     """Return [corner forces [component][corner], -q, V', rate, V at rest, t] of a hex8, q per reference density.
 
     t: the rate with the quadratic part twice; -q and V' are scaled such that their product is the power. speed: c1 c,
-    square: c2^2.
+    square: c2^2; half: half of the step [s] in which v is the velocity.
     """
     mode_x = [hex_modes(x[c]) for c in range(3)]
     mode_u = [hex_modes(u[c]) for c in range(3)]
@@ -144,11 +144,12 @@ def hex_viscosity(x, u, v, speed, square):
     reference = hex_slopes(mode_x)[0]
     now = hex_slopes([[mode_x[c][m] + mode_u[c][m] for m in range(7)] for c in range(3)])
     slopes = now[1]
-    change = dot(slopes[0], [mode_v[c][0] for c in range(3)])
+    middle = hex_slopes([[mode_x[c][m] + (mode_u[c][m] - half * mode_v[c][m]) for m in range(7)] for c in range(3)])[1]
+    change = dot(middle[0], [mode_v[c][0] for c in range(3)])
     square_sum = dot(slopes[0], slopes[0])
     largest = square_sum
     for m in ti.static(range(1, 6)):
-        change += dot(slopes[m], [mode_v[c][m] for c in range(3)])
+        change += dot(middle[m], [mode_v[c][m] for c in range(3)])
         length = dot(slopes[m], slopes[m])
         square_sum += length
         if ti.static(m < 3):

@@ -11,9 +11,9 @@ class CellFunctions(NamedTuple):
     law: a law, parameters: its parameters (materials/law.py); memory: state of its points (point_memory.py) or None;
     share: times the energies of the points, the energy of the cell without its weight. linear_force replaces `force`
     for the linear law, if it is not None. step_force(x, d, ..) takes the displacement d of a step that ends at the
-    present positions x (cell_viscosity.py). viscosity(x, u, v, speed, square) returns the forces of the bulk viscosity
-    (bulk_viscosity.py). gradient(x, u) returns H = du/dX at the centre. tangent: integration of the stiffness between
-    contact nodes, "points", "mean-dilatation" or "node-averaged" (surface_tangent.py) or "reduced"
+    present positions x (cell_viscosity.py). viscosity(x, u, v, half, speed, square) returns the forces of the bulk
+    viscosity (bulk_viscosity.py). gradient(x, u) returns H = du/dX at the centre. tangent: integration of the stiffness
+    between contact nodes, "points", "mean-dilatation" or "node-averaged" (surface_tangent.py) or "reduced"
     (reduced_tangent.py). points: number of points that call the law, in the order of
     tcontact/planning/lumped_mass.py. averaged: the volume change V (J - 1), which volume(x, u) returns (for the linear
     law linear_volume), is averaged at nodes, and force has `averages_of` (cells/node_averages.py) as its last argument.

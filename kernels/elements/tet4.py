@@ -50,7 +50,7 @@ def stored_tet_force(shape, u, weight, parameters, law: ti.template(), memory: t
 
 
 @ti.func
-def tet_viscosity(x, u, v, speed, square):
+def tet_viscosity(x, u, v, half, speed, square):
     """Return [corner forces [component][corner], -q, V', rate, V at rest, t] of a tet4 as `hex8.hex_viscosity`."""
     a = [tet_derivatives(x[c]) for c in range(3)]
     g = [tet_derivatives(u[c]) for c in range(3)]
@@ -58,7 +58,8 @@ def tet_viscosity(x, u, v, speed, square):
     reference = tensor3.determinant(a, tensor3.cofactor(a))
     now = [[a[c][j] + g[c][j] for j in range(3)] for c in range(3)]
     slopes = tensor3.cofactor(now)  # [component][corner - 1]; the slope of corner 0 is minus their sum
-    change = tensor3.dot(slopes, w)
+    middle = tensor3.cofactor([[now[c][j] - half * w[c][j] for j in range(3)] for c in range(3)])
+    change = tensor3.dot(middle, w)
     sums = [slopes[c][0] + slopes[c][1] + slopes[c][2] for c in range(3)]
     largest = dot(sums, sums)
     square_sum = largest

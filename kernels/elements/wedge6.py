@@ -101,19 +101,23 @@ def wedge_slopes(mode_x):
 
 
 @ti.func
-def wedge_viscosity(x, u, v, speed, square):
+def wedge_viscosity(x, u, v, half, speed, square):
     """Return [corner forces [component][corner], -q, V', rate, V at rest, t] of a wedge6 as `hex8.hex_viscosity`.
 
     The height h is the shortest of the triangle at half height and of the cell between its two triangles.
     """
     mode_x, mode_u = [wedge_differences(x[c]) for c in range(3)], [wedge_differences(u[c]) for c in range(3)]
+    mode_v = [wedge_differences(v[c]) for c in range(3)]
     reference = wedge_slopes(mode_x)[0]
     now = wedge_slopes([[mode_x[c][k] + mode_u[c][k] for k in range(5)] for c in range(3)])
     slopes = now[1]
     corner = [wedge_corner_forces([slopes[k][c] for k in range(5)]) for c in range(3)]
+    back = [[mode_x[c][k] + (mode_u[c][k] - half * mode_v[c][k]) for k in range(5)] for c in range(3)]
+    middle = wedge_slopes(back)[1]
     change, square_sum = 0.0 * reference, 0.0 * reference
+    for k in ti.static(range(5)):
+        change += dot(middle[k], [mode_v[c][k] for c in range(3)])
     for c, k in ti.static(ti.ndrange(3, 6)):
-        change += corner[c][k] * (v[c][k] - v[c][0])
         square_sum += corner[c][k] * corner[c][k]
     outer = plus(slopes[0], slopes[1])
     largest = ti.max(ti.max(dot(slopes[0], slopes[0]), dot(slopes[1], slopes[1])), dot(outer, outer))

@@ -1,6 +1,6 @@
 """Stiffness of the bulk viscosity of metals between the contact nodes of a cell, whose rates the static solve changes.
 
-With V' = dv/dx_b . (x_b - x_b before)/dt the force f_a = c V' dv/dx_a of a cell (bulk_viscosity.py) has the tangent
+With V' = (V - V before)/dt, to third order, the force f_a = c V' dv/dx_a of a cell (bulk_viscosity.py) has the tangent
 
     A_ab += c'/dt (dv/dx_a) x (dv/dx_b),   c' = rho V r/(corners sum over k of |dv/dx_k|^2)
 

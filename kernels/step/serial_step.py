@@ -111,7 +111,7 @@ def make_serial_step(
     cell_kinds = len(cells)
     lasting = contact_model == "massless" and not viscous and only_places_matter(cells)
     plastic = any(LAWS[law].plastic is not None for _, law in cells)
-    timed = (viscous and plastic) or any(LAWS[law].rates for _, law in cells)
+    timed = viscous or any(LAWS[law].rates for _, law in cells)
     # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     apply_loads = measure_loads = asks = None

@@ -75,7 +75,7 @@ class InternalForce:
         laws = [LAWS[block.material.law].plastic for block in domain.blocks]
         self.strengths = [at + law.strength for at, law in zip(self.material_at, laws, strict=True) if law is not None]
         heated = self.viscous and self.plastic  # metals, whose viscosity acts in contact cells and heats the points
-        self.timed = heated or any(LAWS[law].rates for _, law in domain.kinds)
+        self.timed = self.viscous or any(LAWS[law].rates for _, law in domain.kinds)
         self.resting = 0.0  # the step [s] of a pass that no step ends at
         self.bulk_viscosity = None
         if heated and self.corner_rows is not None:
@@ -137,7 +137,7 @@ class InternalForce:
     def set_steps(
         self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True, before: float = 0.0
     ) -> None:
-        """Set the parameters of the next pass; before [s]: the step that ends at u, for metals that need it."""
+        """Set the parameters of the next pass; before [s]: the step that ends at u."""
         if self.timed:
             arrays.set_values(self.parameters, np.array([before or self.resting]), lanes.STEP)
         gravity = self.gravity if loaded else np.zeros(3)

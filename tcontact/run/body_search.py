@@ -6,6 +6,7 @@ from typing import Any
 
 from ..planning.body_plan import BodyPlan
 from ..planning.closed_springs import spring_areas
+from ..planning.pressure_rates import PressureRate
 from ..planning.springs import spring_rates
 from ..scene.contact_models import PenaltyContact
 from ..schemes.explicit.damped_step import ViscousForce
@@ -19,4 +20,5 @@ def body_search(run: Any, plan: BodyPlan, viscous_force: ViscousForce | None = N
     springs = spring_areas(run.planned.bodies, scene.body_pairs, plan) if stiffness else None
     number = next(number for number, body in enumerate(run.planned.bodies) if body is plan)
     rate = max(spring_rates(domain).get(number, 0.0) for domain in run.planned.domains)
-    return StableStep(plan, scene.obstacles, stiffness, viscous_force, springs, rate)
+    pressure = PressureRate.of(plan, float(scene.duration))
+    return StableStep(plan, scene.obstacles, stiffness, viscous_force, springs, rate, pressure)

@@ -10,12 +10,15 @@ from ..base.errors import FunctionError
 from ..scene.scene import Scene
 from ..schemes import ImplicitScheme, Scheme
 from ..schemes.explicit.body_view import BodyView
+from ..schemes.explicit.central_difference import DEFAULT_CFL
 from .checkpoint.keeper import Keeper
 from .history import History
 from .worst_cell import worst_cell_of
 
 GROWTH = 10.0  # energy over the largest energy of the run above which it has diverged
 AT_ONCE = 2  # rows up to which a value that is not finite comes from the start and not from the step
+FAST = 0.1  # share of the wave speed below which a motion makes no shock
+LATEST = 0.1  # share of the rows before a stop in which the motion may be that of the failure itself
 TINY = 1e-14  # energy per volume over density c^2 below which it is rounding
 
 
@@ -64,7 +67,7 @@ class Guards:
                 return Stop("diverged", f"{where} {time}; {remedy}")
             from ..kernels.materials import LAWS  # imports Taichi
 
-            advice = LAWS[law].refusal or self._against_inversion()
+            advice = LAWS[law].refusal or self._against_inversion(history)
             return Stop("inverted-cell", f"{where} {time}; {advice}")
         finite = bool(np.isfinite(row[layout.summed]).all())
         energy = layout.stored(row)
@@ -86,8 +89,30 @@ class Guards:
                 return Stop("not-converged", f"{state.plan.label}, {time}: {state.trouble}{where}")
         return None
 
-    def _against_inversion(self) -> str:
+    def is_fast(self, history: History) -> bool:
+        """Return whether bodies may have had a shock: they moved fast before the last rows, or an obstacle is driven.
+
+        The kinetic energy is taken as if the lightest body had it all.
+        """
+        lightest = min(float(state.plan.lumped.sum()) for state in self.states)
+        kinetic = history.columns()["kinetic"]
+        before = kinetic[: max(1, int((1.0 - LATEST) * len(kinetic)))]
+        speed = np.sqrt(2.0 * float(before.max(initial=0.0)) / lightest)
+        slowest = min(material.wave_speed for state in self.states for material in state.plan.body.materials)
+        start = max(float(np.linalg.norm(body.initial_velocity, axis=1).max()) for body in self.scene.bodies)
+        moves = any(obstacle.moves for obstacle in self.scene.obstacles)
+        return moves or len(kinetic) <= 2 * AT_ONCE or max(speed, start) > FAST * slowest
+
+    def _against_inversion(self, history: History) -> str:
         """Return the remedy for crushed cells: in a shock bulk viscosity, as a smaller step does not help."""
+        if not self.scheme.implicit and not self.is_fast(history):
+            step = "a smaller dt"
+            if self.scheme.dt is None:
+                step = f"a smaller cfl, such as {0.5 * (self.scheme.cfl or DEFAULT_CFL):.3g}"
+            what = "loads, supports or contact press the cell through itself"
+            return (
+                f"nothing is fast, so that this is no shock: {what}; use {step}, refine the mesh there, or press less"
+            )
         elsewhere = "without a shock, refine the mesh there or lower the speed"
         if self.scheme.implicit:
             return f"use a smaller dt; in a shock use scheme='central-difference' with BulkViscosity; {elsewhere}"

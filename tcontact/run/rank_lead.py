@@ -9,6 +9,7 @@ from typing import Any
 
 from ..device.lead import Lead
 from .guards import Guards, Stop
+from .history import History
 from .watched import Run
 from .watches.looks import Looks
 
@@ -23,6 +24,10 @@ class RankGuards(Guards):
     def rounding(self) -> float:
         """Return the energy [J] up to which a change is rounding."""
         return self.lead.decide(super().rounding)
+
+    def is_fast(self, history: History) -> bool:
+        """Return whether bodies may have had a shock, see `Guards.is_fast`."""
+        return self.lead.decide(lambda: super(RankGuards, self).is_fast(history))
 
     def worst(self, step: float, failing: bool = False) -> tuple[str, str]:
         """Return law and place of the worst cell, see `Guards.worst`."""

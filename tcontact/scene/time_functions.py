@@ -62,7 +62,7 @@ class TimeFunction:
 
     def _call(self, time: float) -> np.ndarray:
         try:
-            given = np.asarray(self._given(time))
+            given = np.array(self._given(time))  # a copy: the callable may return the same array at every call
             result = given if given.dtype.kind not in "iufO" else np.asarray(given, dtype=np.float64)
         except Exception as error:
             raise FunctionError(self.field, self.value, f"the callable failed at t = {time:.9g}: {error}") from error

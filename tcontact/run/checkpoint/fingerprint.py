@@ -88,7 +88,7 @@ def _samples(function: Callable[[float], Any], name: str, times: np.ndarray) -> 
 
     def value(time: float) -> np.ndarray:
         try:
-            given = np.asarray(function(time), dtype=np.complex128).ravel()
+            given = np.array(function(time), dtype=np.complex128).ravel()
         except Exception:  # the run stops there with a message
             return np.full(3, np.nan)
         return given.view(np.float64) if given.imag.any() else given.real

@@ -71,6 +71,8 @@ class DeviceStableSteps(StableSteps):
 
     def estimate(self, u: arrays.Array, products: int = PRODUCTS) -> float:
         """Estimate the stable step [s] at displacement u [3n]; the next call starts from the modes found."""
+        if any(body.pressure is not None for body in self.bodies):
+            self.press(np.split(arrays.get(u), self._ends[:-1]))
         here, current, _partial, _numbers = self._scratch
         for first, end in self._ranges():
             self._kernels["begin"](u, first, end, self.trial, self.answer)

@@ -71,6 +71,9 @@ class RankStep(StableStep):
         self.trial = self.answer = np.zeros(0)
         known: Any = None if whole is None else (whole.size, whole.count, whole.spring_rate, whole.normals)
         self.size, self.count, self.spring_rate, self.normals = team.from_first(known)
+        self.pressure = None if whole is None else whole.pressure
+        self.added_rate, self._pressed = self.spring_rate, team.from_first(self.pressure is not None)
+        self._loaded = None if self.pressure is None else np.searchsorted(part.nodes, self.pressure.rows)
         self.bound, self.elastic, self.damped = None, np.inf, np.inf
         self.mass, self.penalty = part.mass, _penalty(whole, part, team)
         self.start = None
@@ -80,6 +83,12 @@ class RankStep(StableStep):
             force = None if view is None else view.viscous_force
             product, small = self.stiffness_product, DIFFERENCE * self.size
             self.damping = RankDamped(part, product, force or _nothing, small, team)
+
+    def press(self, u: np.ndarray) -> None:
+        """Take the stiffness of the pressures, whose nodes the first rank has, at displacement u [3n] of its part."""
+        if self._pressed:
+            found = 0.0 if self.pressure is None else self.pressure.bound(u.reshape(-1, 3)[self._loaded])
+            self.added_rate = self.spring_rate + self.team.from_first(found)
 
     def _random(self, whole: StableStep | None, part: BodyPart) -> np.ndarray:
         """Return the random vector [3n] of the first search, which is that of the whole body."""

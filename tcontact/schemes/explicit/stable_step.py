@@ -16,6 +16,7 @@ from ...base.errors import InputError
 from ...device import arrays
 from ...mesh.geometry import chunks_of, spanned_heights
 from ...planning.body_plan import BodyPlan
+from ...planning.pressure_rates import PressureRate
 from ...scene.obstacles import Obstacle
 from .damped_step import DampedStep, Search, ViscousForce
 from .long_vectors import Vectors, dot, nodes_of, portions
@@ -56,6 +57,7 @@ class StableSteps:
     def estimate(self, u: arrays.Array, products: int = PRODUCTS) -> float:
         """Estimate the stable step [s] at displacement u [3n]; the next call starts from the modes found."""
         parts = np.split(arrays.get(u), self._ends[:-1])
+        self.press(parts)
         searches = [body.search(part, products) for body, part in zip(self.bodies, parts, strict=True)]
         left = {number: search for number, search in enumerate(searches) if next(search, True)}
         while left:
@@ -65,6 +67,11 @@ class StableSteps:
                 self.bodies[number].trial[:] = parts[number]
         rate = 0.0 if self.bodies[0].plan.viscosity is None else self._rate()
         return min(with_viscosity(body.elastic, rate, body.damped) for body in self.bodies)
+
+    def press(self, parts: Sequence[np.ndarray]) -> None:
+        """Let every body take the stiffness of its pressures at its displacement [3n]."""
+        for body, part in zip(self.bodies, parts, strict=True):
+            body.press(part)
 
     def _rate(self) -> float:
         """Return the largest rate of bulk viscosity [1/s] in the last pass."""
@@ -98,7 +105,8 @@ class StableStep:
     stiffness [N/m^3]: penalty per area of contact nodes with mass, taken as closed: along the normals of planes that do
     not turn, along all directions for other obstacles and bodies; viscous_force: force of viscous contact cells;
     springs [k] [m^2]: areas with which it acts on a body in contact with others (planning/closed_springs.py);
-    spring_rate [1/s^2]: bound of omega^2 of the springs between sets of nodes alone, which adds to that of the body.
+    spring_rate [1/s^2]: bound of omega^2 of the springs between sets of nodes alone, which adds to that of the body;
+    pressure: the same of the pressures on it, None without.
     """
 
     def __init__(
@@ -109,8 +117,10 @@ class StableStep:
         viscous_force: ViscousForce | None = None,
         springs: np.ndarray | None = None,
         spring_rate: float = 0.0,
+        pressure: PressureRate | None = None,
     ) -> None:
-        self.plan, self.spring_rate = plan, spring_rate
+        self.plan, self.spring_rate, self.pressure = plan, spring_rate, pressure
+        self.added_rate = spring_rate  # [1/s^2] of springs and pressures at the last estimate
         self.mass = plan.lumped  # [n] [kg] of the whole nodes
         self.trial = self.answer = np.zeros(0)
         self.count = 3 * len(plan.lumped)  # components, and so modes, of the body
@@ -139,6 +149,11 @@ class StableStep:
                 np.maximum.at(bound, block.rows[part], rate[part, None])
             smallest = min(smallest, float(height.min()))
         return bound, smallest
+
+    def press(self, u: np.ndarray) -> None:
+        """Take the stiffness of the pressures at displacement u [3n]."""
+        if self.pressure is not None:
+            self.added_rate = self.spring_rate + self.pressure.bound(u.reshape(-1, 3)[self.pressure.rows])
 
     def stiffness_product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> Search:
         """Return K(u) vector [N] of the free body; here: -M^-1 f(u)."""
@@ -215,7 +230,7 @@ class StableStep:
         values, vectors = np.linalg.eigh(matrix)
         top = vectors[:, -1]
         ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
-        stiffest = ritz + residual + self.spring_rate
+        stiffest = ritz + residual + self.added_rate
         if stiffest > 0.0:
             self.elastic = SAFETY * 2.0 / np.sqrt(stiffest)
         return top
@@ -266,11 +281,11 @@ class StableStep:
             self.take_damped((yield from self.damping.search(u, here, self.elastic, products)))
 
     def take_damped(self, limit: float) -> None:
-        """Set `damped` from the limit [s] of the body with the viscosity of its contact cells, without springs."""
+        """Set `damped`; limit [s]: with viscous contact cells, without the rates of springs and pressures."""
         self.damped = SAFETY * limit
-        if self.spring_rate > 0.0:  # 4 dt/damped + dt^2 spring_rate = 4
+        if self.added_rate > 0.0:  # 4 dt/damped + dt^2 added_rate = 4
             rate = 1.0 / self.damped
-            self.damped = 2.0 / (rate + np.sqrt(rate**2 + self.spring_rate))
+            self.damped = 2.0 / (rate + np.sqrt(rate**2 + self.added_rate))
 
 
 def has_next(alpha: float, first: float, beta: float) -> bool:
