@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 
 from ..base import validate
 from ..base.errors import InputError, OutputError
-from ..run.folder_lock import ASIDE, PUT_ASIDE, locked
+from ..run.folder_lock import ASIDE, PUT_ASIDE, made_and_locked
 
 NO_RESULT = "no such file; give a result.vtkhdf or the folder of a run"
 KEPT = ("summary.json", "history.csv", "checkpoint-?.npz")  # what a run leaves that has begun
@@ -115,6 +115,7 @@ def writable(folder: Path) -> Iterator[None]:
 def replacing(folder: Path, force: bool) -> Iterator[None]:
     """Let a new run write into the folder; the files of an older run go when the new one has succeeded.
 
+    The folder is made and locked until the block has ended, pictures included; no other run is let in.
     If the new run is refused before it has begun, the older files come back; where a kill has ended one at its start,
     the next run puts them back. Files that are not ours stay where they are. Raises `InputError` if the folder holds
     a run and force is False, if it is no folder, or takes no files.
@@ -122,7 +123,7 @@ def replacing(folder: Path, force: bool) -> Iterator[None]:
     with writable(folder):
         if folder.exists() and not folder.is_dir():
             raise InputError("--out", str(folder), "is a file; name a folder")
-        with locked(folder) if folder.is_dir() else nullcontext():
+        with made_and_locked(folder):
             yield from _replacing(folder, force)
 
 

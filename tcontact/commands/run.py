@@ -19,6 +19,7 @@ from ..device import ranks
 from ..results import frame_fields, report
 from ..results.result import Result
 from ..run.checkpoint import store
+from ..run.folder_lock import made_and_locked
 from ..run.history import MOST_ROWS
 from ..show import plots
 from . import curves, folder, options, report_page, settings, words
@@ -145,9 +146,22 @@ def finish(
     """Run one scene, write all about it into `out`, print its table; return whether all is well, and the result.
 
     go: starts the run or goes on with it; arguments: its set, quiet and frames are used. The checkpoints of a run that
-    has ended go when the pictures are there: until then `tcontact resume` draws them.
+    has ended go when the pictures are there: until then `tcontact resume` draws them, and no other run is let in.
     """
-    result = go()
+    with on_first_rank(lambda: made_and_locked(out)):
+        return _finished(go(), title, case, parameters, out, arguments, origin)
+
+
+def _finished(
+    result: Result,
+    title: str,
+    case: Any,
+    parameters: dict[str, Any],
+    out: Path,
+    arguments: argparse.Namespace,
+    origin: dict[str, Any],
+) -> tuple[bool, Result]:
+    """Write all about a run that has ended, see `finish`."""
     if not ranks.is_first_rank():
         return True, result
     checks = case.checks(result)
