@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ..base import validate
 from ..base.errors import InputError, OutputError
+from ..device.atomic_file import part_of
 from ..run.folder_lock import ASIDE, PUT_ASIDE, made_and_locked
 
 NO_RESULT = "no such file; give a result.vtkhdf or the folder of a run"
@@ -27,11 +28,7 @@ OURS = (
     ".result.vtkhdf.joined",
     ".result.vtkhdf.joined.undo",
     "checkpoint-?.npz",
-    ".checkpoint-?.npz.part",
     "checkpoint-ranks/*/checkpoint-?.npz",
-    "checkpoint-ranks/*/.checkpoint-?.npz.part",
-    ".history.csv.part",
-    ".summary.json.part",
     "contact-force.png",
     "gap.png",
     "energy.png",
@@ -57,13 +54,13 @@ OURS = (
     "animation.mp4",
     "frames/frame-*.png",
     "report.html",
-    ".report.html.part",
     "export/frame-*.vtu",
     "export/series.*",
     "study.json",
     "study.csv",
     "study.png",
 )
+HALF = tuple(str(part_of(Path(pattern))) for pattern in OURS)  # those that a kill has left while they were written
 
 
 def result_file(given: Path) -> Path:
@@ -81,7 +78,7 @@ def our_files(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
     places = [folder, *(folder / name for name in _runs(folder))]
-    found = [path for place in places for pattern in OURS for path in sorted(place.glob(pattern))]
+    found = [path for place in places for pattern in OURS + HALF for path in sorted(place.glob(pattern))]
     return [path for path in found if (path.is_file() or path.is_symlink()) and not _behind_a_link(path, folder)]
 
 
