@@ -21,7 +21,7 @@ from ..run.checkpoint import store
 from ..run.folder_lock import made_and_locked
 from ..run.history import MOST_ROWS
 from ..show import plots
-from . import curves, folder, options, report_page, settings, words
+from . import curves, folder, options, report_page, same_scene, settings, words
 from .no_room import kept_all_the_same, remedy_of_comparison, remedy_of_run
 from .run_own import run_own
 from .run_scene import is_scene, run_scene
@@ -171,7 +171,7 @@ def _finished(
         data["ranks"] = ranks.launched()[0]
     field = _coloured(arguments.fields) if arguments.frames else None
     with kept_all_the_same(out, lambda: remedy_of_run(out, origin, field)):
-        report.write_json(out / "summary.json", data)
+        report.write_json(out / "summary.json", data | same_scene.kept(result.scene, result.scheme))
         caption = curves.caption_of(title, arguments.set)
         scene = result.scene
         curves.draw(out, result, case, curves.normals_of(scene), caption, curves.size_of(scene))
