@@ -1,12 +1,14 @@
 """The site of the documents: it builds strictly, its links lead somewhere, and its scripts run, with coarse meshes."""
 
 import html.parser
+import json
 import os
 import re
 import runpy
 import subprocess
 import sys
 import urllib.parse
+import warnings
 from pathlib import Path
 
 import pytest
@@ -33,7 +35,9 @@ def test_scripts_of_the_site_run(name, tmp_path, monkeypatch, capsys):
     script = tmp_path / Path(name).name
     script.write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    names = runpy.run_path(str(script))
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", module="meshio")  # of a bad surface
+        names = runpy.run_path(str(script))
     assert names["result"].reason == "finished"
     assert names["result"].history["energy_error"].max() < 1e-2
     assert abs(names["result"].history["contact_force"]).max() > 0.0
@@ -138,3 +142,13 @@ def test_every_scene_of_the_gallery_has_its_page_and_pictures():
         for picture in (f"{name}.webp", f"{name}-film.webp"):
             assert picture in page
             assert (DOCS / "gallery" / picture).stat().st_size > 3000
+
+
+def test_a_page_of_the_gallery_shows_what_its_script_warns_of(tmp_path):
+    make = runpy.run_path(str(DOCS / "gallery" / "make.py"))
+    for said in ([], ["flutter: look at contact_force", "another"]):
+        (tmp_path / "summary.json").write_text(json.dumps({"steps": 5, "wall_s": 1.0, "warnings": said}))
+        page = make["page"]("tyre", make["GALLERY"]["tyre"], 1.0, "printed", tmp_path)
+        assert all(text in page for text in said)
+        assert ("as warnings" in page) == bool(said)
+    assert "flutter" in (DOCS / "gallery" / "tyre.md").read_text(encoding="utf-8")

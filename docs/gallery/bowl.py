@@ -25,10 +25,10 @@ right, up = np.roll(corner, -1, axis=0), (slice(None), slice(1, None))
 down = (slice(None), slice(None, -1))
 faces = np.concatenate(
     [
-        np.stack([corner[down], right[down], right[up]], axis=2).reshape(-1, 3),
-        np.stack([corner[down], right[up], corner[up]], axis=2).reshape(-1, 3),
+        np.stack([corner[down], right[down], right[up]], axis=2)[:, 1:].reshape(-1, 3),
+        np.stack([corner[down], right[up], corner[up]], axis=2)[:, :-1].reshape(-1, 3),
     ]
-)
+)  # without the triangles on the axis, where their corners meet
 FOLDER.mkdir(parents=True, exist_ok=True)
 meshio.Mesh(points.reshape(-1, 3), [("triangle", faces)]).write(FOLDER / "bowl.stl")
 

@@ -230,6 +230,8 @@ def page(name: str, shown: Shown, took: float, printed: str, folder: Path) -> st
         parts.append("\n".join(["| quantity | value | bound |", "|---|---|---|", *rows]))
     elif printed:
         parts += ["## What it prints", f"```text\n{printed}\n```"]
+        if summary["warnings"]:
+            parts += ["and as warnings", "```text\n" + "\n".join(summary["warnings"]) + "\n```"]
     parts += ["## Film", f"![Film: {shown.title}]({name}-film.webp)", "## The script"]
     parts.append(f'```py\n--8<-- "{shown.script}"\n```')
     return "\n\n".join(parts) + "\n"

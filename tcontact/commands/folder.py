@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 
 from ..base import validate
 from ..base.errors import InputError, OutputError
-from ..run.folder_lock import ASIDE, PUT_ASIDE, locked
+from ..device.atomic_file import part_of
+from ..run.folder_lock import ASIDE, PUT_ASIDE, made_and_locked
 
 NO_RESULT = "no such file; give a result.vtkhdf or the folder of a run"
 KEPT = ("summary.json", "history.csv", "checkpoint-?.npz")  # what a run leaves that has begun
@@ -27,11 +28,7 @@ OURS = (
     ".result.vtkhdf.joined",
     ".result.vtkhdf.joined.undo",
     "checkpoint-?.npz",
-    ".checkpoint-?.npz.part",
     "checkpoint-ranks/*/checkpoint-?.npz",
-    "checkpoint-ranks/*/.checkpoint-?.npz.part",
-    ".history.csv.part",
-    ".summary.json.part",
     "contact-force.png",
     "gap.png",
     "energy.png",
@@ -57,13 +54,13 @@ OURS = (
     "animation.mp4",
     "frames/frame-*.png",
     "report.html",
-    ".report.html.part",
     "export/frame-*.vtu",
     "export/series.*",
     "study.json",
     "study.csv",
     "study.png",
 )
+HALF = tuple(str(part_of(Path(pattern))) for pattern in OURS)  # those that a kill has left while they were written
 
 
 def result_file(given: Path) -> Path:
@@ -81,7 +78,7 @@ def our_files(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
     places = [folder, *(folder / name for name in _runs(folder))]
-    found = [path for place in places for pattern in OURS for path in sorted(place.glob(pattern))]
+    found = [path for place in places for pattern in OURS + HALF for path in sorted(place.glob(pattern))]
     return [path for path in found if (path.is_file() or path.is_symlink()) and not _behind_a_link(path, folder)]
 
 
@@ -115,6 +112,7 @@ def writable(folder: Path) -> Iterator[None]:
 def replacing(folder: Path, force: bool) -> Iterator[None]:
     """Let a new run write into the folder; the files of an older run go when the new one has succeeded.
 
+    The folder is made and locked until the block has ended, pictures included; no other run is let in.
     If the new run is refused before it has begun, the older files come back; where a kill has ended one at its start,
     the next run puts them back. Files that are not ours stay where they are. Raises `InputError` if the folder holds
     a run and force is False, if it is no folder, or takes no files.
@@ -122,7 +120,7 @@ def replacing(folder: Path, force: bool) -> Iterator[None]:
     with writable(folder):
         if folder.exists() and not folder.is_dir():
             raise InputError("--out", str(folder), "is a file; name a folder")
-        with locked(folder) if folder.is_dir() else nullcontext():
+        with made_and_locked(folder):
             yield from _replacing(folder, force)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 from tcontact import cases
 
 from ..base.errors import InputError
-from . import settings
+from . import same_scene, settings
 from .run_scene import is_scene, read_scene, without_checks
 
 REMEDY = "it names no case, settings and label as `tcontact run` writes them; call tcontact.resume(folder, scene) there"
@@ -29,6 +29,11 @@ class Rebuilt:
     parameters: dict[str, Any]
     scene: Any
     scheme: Any
+    source: str  # case or scene file
+
+    def check_same(self, summary: Mapping[str, Any], data: Any) -> None:
+        """Raise `NotStored` if the case or scene file makes another scene by now than the run of this result had."""
+        same_scene.check_same(self.scene, self.scheme, self.source, summary, data)
 
 
 def checked(origin: Any, folder: Path) -> dict[str, Any]:
@@ -58,7 +63,8 @@ def rebuilt(origin: Mapping[str, Any], folder: Path) -> Rebuilt:
     name, label = origin["case"], origin["label"]
     if is_scene(name):
         scene, scheme, _, given = read_scene(Path(name), origin["set"])
-        return Rebuilt(Path(name).stem, without_checks(), {"scene": origin.get("scene", name)} | given, scene, scheme)
+        parameters = {"scene": origin.get("scene", name)} | given
+        return Rebuilt(Path(name).stem, without_checks(), parameters, scene, scheme, origin.get("scene", name))
     case = cases.load(name)
     wanted = settings.read(name, case, origin["set"])
     if label:
@@ -72,7 +78,7 @@ def rebuilt(origin: Mapping[str, Any], folder: Path) -> Rebuilt:
         chosen = settings.built(case.scene, wanted.scene)
     scene, scheme = chosen if isinstance(chosen, tuple) else (chosen, settings.scheme(wanted.scheme, case))
     parameters = settings.defaults(case) | wanted.scene | wanted.scheme
-    return Rebuilt(f"{name} {label}".strip(), case, parameters, scene, scheme)
+    return Rebuilt(f"{name} {label}".strip(), case, parameters, scene, scheme, name)
 
 
 def case_of(summary: Mapping[str, Any]) -> Any:

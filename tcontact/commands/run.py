@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +13,16 @@ import numpy as np
 from tcontact import cases
 
 from ..base import stages
-from ..base.errors import InputError, OutputError
+from ..base.errors import InputError
 from ..device import ranks
 from ..results import frame_fields, report
 from ..results.result import Result
 from ..run.checkpoint import store
+from ..run.folder_lock import made_and_locked
 from ..run.history import MOST_ROWS
 from ..show import plots
-from . import curves, folder, options, report_page, settings, words
+from . import curves, folder, options, report_page, same_scene, settings, words
+from .no_room import kept_all_the_same, remedy_of_comparison, remedy_of_run
 from .run_own import run_own
 from .run_scene import is_scene, run_scene
 from .together import on_first_rank
@@ -95,7 +96,8 @@ def _run_case(arguments: argparse.Namespace) -> int:
             if runs[label][1].reason == "interrupted":
                 break
         if wanted.compare and ranks.is_first_rank():
-            _compare(arguments, case, parameters | wanted.scheme, runs, places, out)
+            with kept_all_the_same(out, lambda: remedy_of_comparison(out)):
+                _compare(arguments, case, parameters | wanted.scheme, runs, places, out)
     return 0 if all(passed for passed, _ in runs.values()) else 1
 
 
@@ -145,24 +147,38 @@ def finish(
     """Run one scene, write all about it into `out`, print its table; return whether all is well, and the result.
 
     go: starts the run or goes on with it; arguments: its set, quiet and frames are used. The checkpoints of a run that
-    has ended go when the pictures are there: until then `tcontact resume` draws them.
+    has ended go when the pictures are there: until then `tcontact resume` draws them, and no other run is let in.
     """
-    result = go()
+    with on_first_rank(lambda: made_and_locked(out)):
+        return _finished(go(), title, case, parameters, out, arguments, origin)
+
+
+def _finished(
+    result: Result,
+    title: str,
+    case: Any,
+    parameters: dict[str, Any],
+    out: Path,
+    arguments: argparse.Namespace,
+    origin: dict[str, Any],
+) -> tuple[bool, Result]:
+    """Write all about a run that has ended, see `finish`."""
     if not ranks.is_first_rank():
         return True, result
     checks = case.checks(result)
     data = report.summary(result, case=title, parameters=parameters, checks=checks) | {"origin": origin}
     if ranks.launched()[0] > 1:
         data["ranks"] = ranks.launched()[0]
-    with _after_the_run(out):
-        report.write_json(out / "summary.json", data)
+    field = _coloured(arguments.fields) if arguments.frames else None
+    with kept_all_the_same(out, lambda: remedy_of_run(out, origin, field)):
+        report.write_json(out / "summary.json", data | same_scene.kept(result.scene, result.scheme))
         caption = curves.caption_of(title, arguments.set)
         scene = result.scene
         curves.draw(out, result, case, curves.normals_of(scene), caption, curves.size_of(scene))
-        if arguments.frames:
+        if field is not None:
             from ..show.render import render_frames
 
-            render_frames(out / "result.vtkhdf", out, field=_coloured(arguments.fields), title=caption)
+            render_frames(out / "result.vtkhdf", out, field=field, title=caption)
     if result.reason != "interrupted":
         store.remove(out)
     if not arguments.quiet:
@@ -171,20 +187,6 @@ def finish(
     elif not data["passed"]:
         show([line for line in report.lines(data) if "FAIL" in line or not result.ok])
     return data["passed"], result
-
-
-@contextmanager
-def _after_the_run(out: Path) -> Iterator[None]:
-    """Raise `OutputError` where the disk does not take what is drawn of a run that has ended."""
-    try:
-        yield
-    except (OSError, InputError) as error:
-        cause = error if isinstance(error, OSError) else error.__cause__
-        if not isinstance(cause, OSError) or isinstance(error, OutputError):
-            raise
-        go_on = "resume" if any((out / name).exists() for name in store.FILES) else "render"
-        text = f"its summary, curves or pictures cannot be written ({cause.strerror or cause}); the run has ended and"
-        raise OutputError(f"{out}: {text} is kept; make room, then `tcontact {go_on} {out}`") from error
 
 
 def _size(scene: Any, arguments: argparse.Namespace) -> str:
@@ -212,11 +214,9 @@ def _compare(
     places: dict[str, Path],
     out: Path,
 ) -> None:
-    """Plot the runs of a comparison side by side and name them in a summary."""
+    """Name the runs of a comparison in a summary, by which `render` draws them too, and plot them side by side."""
     picture = out / "comparison.png"
     normals = curves.normals_of(next(iter(runs.values()))[1].scene)
-    if len(runs) == len(places):
-        curves.draw_comparison(picture, case, {label: result for label, (_, result) in runs.items()}, normals)
     figures = {
         label: {
             "reason": result.reason,
@@ -241,6 +241,8 @@ def _compare(
             "versions": report.versions(),
         },
     )
+    if len(runs) == len(places):
+        curves.draw_comparison(picture, case, {label: result for label, (_, result) in runs.items()}, normals)
     if not arguments.quiet and picture.exists():
         print(f"  side by side in {picture}")
 

@@ -22,7 +22,6 @@ def run_own(case: Any, parameters: dict[str, Any], out: Path, arguments: argpars
     figures = case.summary(runs)
     passed = all(check["passed"] for check in checks)
     with folder.replacing(out, arguments.force):
-        out.mkdir(parents=True, exist_ok=True)
         data = {"case": arguments.case, "parameters": parameters, "figures": figures, "checks": checks}
         data |= {"passed": passed, "versions": report.versions()}
         data |= {"arch": runtime.arch(), "threads": runtime.threads()}

@@ -66,7 +66,6 @@ def run(arguments: argparse.Namespace) -> int:
     work = {HARD: _hard_cases, LAYER: _friction_layer}.get(arguments.case, _study)
     ready = work(arguments)  # bad input is refused here, before any file is touched
     with folder.replacing(out, arguments.force):
-        out.mkdir(parents=True, exist_ok=True)
         return int(ready(out))
 
 

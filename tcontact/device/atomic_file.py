@@ -260,14 +260,19 @@ def part_of(path: Path) -> Path:
 
 
 @contextmanager
-def replaced(path: Path) -> Iterator[Path]:
-    """Yield a temporary name to write to; after the block that file replaces `path` atomically."""
+def replaced(path: Path, synced: bool = True) -> Iterator[Path]:
+    """Yield a temporary name to write to; after the block that file replaces `path` atomically.
+
+    synced: wait until the device has stored it. What can be drawn again needs no wait: a full disk or a kill leaves the
+    older file all the same, a loss of power may not.
+    """
     part = part_of(path)
     part.unlink(missing_ok=True)  # left by a run that was killed; or a link, which must not be followed
     try:
         yield part
-        with part.open("rb") as file:
-            os.fsync(file.fileno())
+        if synced:
+            with part.open("rb") as file:
+                os.fsync(file.fileno())
         part.replace(path)
     except BaseException:
         with suppress(OSError):

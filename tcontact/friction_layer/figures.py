@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..device.atomic_file import unlinked
+from ..device.atomic_file import replaced
 from .result import LayerResult
 
 COLOURS = ("#1f5fa8", "#2e8b57", "#d98200", "#c03a2b", "#7a4fa0", "#404040")
@@ -32,7 +32,8 @@ def yield_limits(path: Path, profiles: Mapping[str, Sequence[LayerResult]]) -> N
         axes.set_xlabel("depth [µm]")
         axes.set_ylabel("yield limit [MPa]")
         axes.legend(frameon=False, fontsize=8)
-    figure.savefig(unlinked(path))
+    with replaced(path, synced=False) as part:
+        figure.savefig(part, format="png")
 
 
 def surface(path: Path, runs: Mapping[str, LayerResult], melting_temperature: float) -> None:
@@ -49,7 +50,8 @@ def surface(path: Path, runs: Mapping[str, LayerResult], melting_temperature: fl
     for axes in (left, right):
         axes.set_xlabel("time [µs]")
         axes.legend(frameon=False, fontsize=8)
-    figure.savefig(unlinked(path))
+    with replaced(path, synced=False) as part:
+        figure.savefig(part, format="png")
 
 
 def error_against_cost(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -72,7 +74,8 @@ def error_against_cost(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
         axes.set_xlabel("time per cell [µs]")
         axes.set_ylabel("error of the surface temperature / its rise")
         axes.legend(frameon=False, fontsize=6)
-    figure.savefig(unlinked(path))
+    with replaced(path, synced=False) as part:
+        figure.savefig(part, format="png")
 
 
 def _fading(count: int) -> list[Any]:

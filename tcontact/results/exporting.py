@@ -41,15 +41,16 @@ def export(
         frames = _frames(data, fields, every)
         if format == "xdmf":
             return write_series(out / "series.xdmf", data.points, data.blocks, frames)[::-1]
-        for stale in out.glob("frame-[0-9]*.vtu"):
-            stale.unlink()  # it belongs to an earlier, longer series
         writer, written = VtuWriter(data.points, data.blocks), []
         for index, frame in enumerate(frames):
             written.append(out / f"frame-{index:04d}.vtu")
             writer.write(written[-1], frame.point_data, frame.cell_data)
         write_collection(out / "series.pvd", data.times[::every].tolist(), written)
+        for stale in set(out.glob("frame-[0-9]*.vtu")) - set(written):
+            stale.unlink()  # it belongs to an earlier, longer series
     except OSError as error:
-        raise InputError("out", str(out), f"cannot be written ({error}); name another folder") from error
+        reason = error.strerror or error
+        raise InputError("out", str(out), f"cannot be written ({reason}); make room or name another folder") from error
     return [*written, out / "series.pvd"]
 
 

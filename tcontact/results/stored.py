@@ -83,31 +83,36 @@ class StoredResult(Outcome):
         return {name: history[name] for name in names}
 
     @cached_property
-    def _made(self) -> tuple[Any, Any, Any]:
-        """Return case, scene and scheme, None for what is not known."""
-        if self._given is not None:
-            return None, *self._given
-        found = type(self).made_again(self.summary, self.data.path.parent)
-        return (None, None, None) if found is None else (found.case, found.scene, found.scheme)
+    def _found(self) -> Any:
+        """Return what the command line makes again, None where it does not know."""
+        return None if self._given is not None else type(self).made_again(self.summary, self.data.path.parent)
+
+    @cached_property
+    def _made(self) -> tuple[Any, Any]:
+        """Return scene and scheme, None for what is not known. Raises `NotStored` if they are not those of the run."""
+        if self._given is not None or self._found is None:
+            return self._given or (None, None)
+        self._found.check_same(self.summary, self.data)
+        return self._found.scene, self._found.scheme
 
     @property
     def case(self) -> Any:
         """The module of the case, None where no case was run or it is no longer there."""
-        return self._made[0]
+        return getattr(self._found, "case", None)
 
     @property
     def scene(self) -> Any:
-        """The scene. Raises `NotStored` where it is not known."""
-        if self._made[1] is None:
+        """The scene. Raises `NotStored` where it is not known, or its case or scene file was edited after the run."""
+        if self._made[0] is None:
             self._refuse("scene", "a program made it: give it to open_result(folder, scene=...)")
-        return self._made[1]
+        return self._made[0]
 
     @property
     def scheme(self) -> Any:
-        """The scheme. Raises `NotStored` where it is not known."""
-        if self._made[1] is None:
+        """The scheme. Raises `NotStored` as `scene` does."""
+        if self._made[0] is None:
             self._refuse("scheme", "a program made it: give it to open_result(folder, scene=..., scheme=...)")
-        return self._made[2]
+        return self._made[1]
 
     @property
     def layers(self) -> Any:

@@ -1,4 +1,4 @@
-"""Lock a folder for one run at a time, by a file that the process locks; the lock ends with its process."""
+"""Make a folder and lock it for one run at a time, by a file that the process locks; the lock ends with its process."""
 
 from __future__ import annotations
 
@@ -40,6 +40,36 @@ def locked(folder: Path) -> Iterator[None]:
         with suppress(OSError):
             path.unlink()
         os.close(file)
+
+
+@contextmanager
+def made_folder(folder: Path) -> Iterator[None]:
+    """Make the output folder; a run that is refused or stopped at its start leaves no new folder that is empty.
+
+    Raises `InputError` if it cannot be made.
+    """
+    new = [place for place in (folder, *folder.parents) if not place.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("out", str(folder), f"cannot be made ({error.strerror}); name another folder") from error
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):  # it holds something
+            for place in new:
+                place.rmdir()
+        raise
+
+
+@contextmanager
+def made_and_locked(folder: Path) -> Iterator[None]:
+    """Make the output folder where it is not there, and keep every other run out of it in the block.
+
+    Raises `InputError` if it cannot be made, or if another process runs there.
+    """
+    with made_folder(folder), locked(folder):
+        yield
 
 
 def held(folder: Path) -> list[int]:

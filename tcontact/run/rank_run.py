@@ -43,7 +43,7 @@ from .checkpoint.fingerprint import compare, fingerprint
 from .checkpoint.keeper import Start, start_of
 from .device_room import check_same
 from .end_state import forces_and_points, motion
-from .folder_lock import locked
+from .folder_lock import locked, made_folder
 from .guards import Guards
 from .law_checks import check_laws
 from .loop import Run
@@ -58,7 +58,7 @@ from .rank_lead import RankGuards, RankLooks
 from .rank_plan import plan_and_parts
 from .rank_recut import other_ranks, restore_parts
 from .rank_snapshot import WholeBodies, WholeSnapshot
-from .recorder import Recorder, check_folder, made_folder
+from .recorder import Recorder, check_folder
 from .snapshot import Snapshot
 from .watches.looks import Looks
 from .written_run import carry_out

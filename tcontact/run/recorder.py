@@ -57,26 +57,6 @@ def check_folder(out: Any) -> Path:
 
 
 @contextmanager
-def made_folder(folder: Path) -> Iterator[None]:
-    """Make the output folder; a run that is refused leaves none behind that was not there and is empty.
-
-    Raises `InputError` if it cannot be made.
-    """
-    new = [place for place in (folder, *folder.parents) if not place.exists()]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("out", str(folder), f"cannot be made ({error.strerror}); name another folder") from error
-    try:
-        yield
-    except InputError:
-        with suppress(OSError):  # it holds something
-            for place in new:
-                place.rmdir()
-        raise
-
-
-@contextmanager
 def writing_beside(folder: Path, scene: Scene, fields: Sequence[str], frames: int) -> Iterator[FrameProcess | None]:
     """Start the process that writes so many frames in a locked folder, None where it does not pay; end it."""
     process = FrameProcess.start(frame_size(scene, fields), frames, held(folder))

@@ -23,7 +23,7 @@ from .checkpoint import Checkpoint, contents
 from .checkpoint.keeper import Keeper
 from .checkpoint.options import checked
 from .device_room import check_device, check_scheme
-from .folder_lock import locked
+from .folder_lock import locked, made_folder
 from .history import MOST_ROWS
 from .initial_state import layers_of, points_of, start_from
 from .interrupts import pools_served
@@ -35,7 +35,7 @@ from .progress import ProgressBar
 from .rank_asked import Asked
 from .rank_checks import check_alike, check_ranks, check_same_start
 from .rank_run import simulate_on_ranks
-from .recorder import Recorder, check_folder, made_folder, writing_beside
+from .recorder import Recorder, check_folder, writing_beside
 from .written_run import carry_out
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..device.atomic_file import unlinked
+from ..device.atomic_file import replaced
 from ..kernels.columns import COLUMNS
 from ..results.acting_force import acting_force, pair_forces
 from ..results.report import si_scale
@@ -404,11 +404,12 @@ def _finish(
 def _save(figure: Figure, path: Path) -> None:
     """Write a figure; a PNG from what is drawn once, where `savefig` draws a second time to find the margins."""
     if path.suffix != ".png":
-        figure.savefig(unlinked(path))
+        with replaced(path, synced=False) as part:
+            figure.savefig(part, format=path.suffix[1:] or "png")
         return
     canvas: Any = figure.canvas
     canvas.draw()
-    write_png(unlinked(path), np.asarray(canvas.buffer_rgba())[..., :3])
+    write_png(path, np.asarray(canvas.buffer_rgba())[..., :3])
 
 
 def _time(history: History) -> tuple[np.ndarray, tuple[float, str]]:

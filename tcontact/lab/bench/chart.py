@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...device.atomic_file import unlinked
+from ...device.atomic_file import replaced
 
 OURS, TOUCHING, PLAIN, INK = "#1f5fa8", "#d98200", "#b0b0b0", "#303030"
 
@@ -44,7 +44,8 @@ def draw(path: Path, report: Mapping[str, Any]) -> bool:
     used = {bar["colour"] for bar in bars}
     patches = [Patch(color=colour, label=name) for colour, name in names.items() if colour in used]
     figure.legend(handles=patches, loc="outside upper center", ncols=3, frameon=False, fontsize=9)
-    figure.savefig(unlinked(path), dpi=130)
+    with replaced(path, synced=False) as part:
+        figure.savefig(part, format="png", dpi=130)
     return True
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...device.atomic_file import unlinked
+from ...device.atomic_file import replaced
 from . import alternatives, device_model, layer, queries, rubbing, waiting
 from .columns import columns
 from .parts import WHOLE_STEP
@@ -68,7 +68,7 @@ def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     """Write one line per row; what is nested takes columns name.part."""
     flat = [_flat(row) for row in rows]
     names = list(dict.fromkeys(name for row in flat for name in row))
-    with unlinked(path).open("w", newline="", encoding="utf-8") as file:
+    with replaced(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, names)
         writer.writeheader()
         writer.writerows(flat)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ...device.atomic_file import unlinked
+from ...device.atomic_file import replaced
 
 COLOURS = ("#1f5fa8", "#d98200", "#2e8b57", "#c03a2b", "#7a4fa3", "#707070", "#00939c", "#8c5a2b", "#b8860b", "#303030")
 MARKERS = "osD^vP*Xhd"
@@ -50,5 +50,6 @@ def draw(path: Path, report: Mapping[str, Any]) -> bool:
     hollow = "; hollow: failed" if any(row["failure"] for row in rows) else ""
     left.set_title(f"{report['case']}, a point per size{hollow}", fontsize=9, loc="left", color="#606060")
     figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8.5)
-    figure.savefig(unlinked(path), dpi=130)
+    with replaced(path, synced=False) as part:
+        figure.savefig(part, format="png", dpi=130)
     return True

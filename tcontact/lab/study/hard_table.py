@@ -9,7 +9,7 @@ from time import perf_counter
 from typing import Any
 
 from ...device import runtime
-from ...device.atomic_file import unlinked
+from ...device.atomic_file import replaced
 from ...results.report import plain, versions
 from .hard_cases import HardCase, evaluate
 
@@ -65,7 +65,7 @@ def collect(
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     """Write one row per case."""
     names = [*COLUMNS, "steps", "wall_s", "detail"]
-    with unlinked(path).open("w", newline="", encoding="utf-8") as file:
+    with replaced(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(names)
         writer.writerows([row.get(name, "") for name in names] for row in rows)

@@ -14,7 +14,7 @@ from typing import Any
 
 from ...base.errors import InputError
 from ...device import runtime
-from ...device.atomic_file import unlinked
+from ...device.atomic_file import replaced
 from ...friction_layer import METHODS
 from ...friction_layer import study as layer
 from ...results.report import plain, si, versions
@@ -79,7 +79,7 @@ def collect(
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     """Write one line per row, empty where a kind has no such figure; conditions that failed stand in the JSON only."""
     names = [name for name in dict.fromkeys(key for row in rows for key in row) if name != "failed"]
-    with unlinked(path).open("w", newline="", encoding="utf-8") as file:
+    with replaced(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, names, restval="", extrasaction="ignore")
         writer.writeheader()
         writer.writerows(rows)

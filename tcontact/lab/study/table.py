@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ...device.atomic_file import unlinked
+from ...device.atomic_file import replaced
 from .pareto import IDEALS, changes
 
 NOT_RUN = "not run: over the budget, or interrupted"
@@ -18,7 +18,7 @@ def write_csv(path: Path, report: Mapping[str, Any]) -> None:
     """Write one row per run: cost, main error, energy error, further errors, failure by name, empty for none."""
     further = list(dict.fromkeys(name for row in report["rows"] for name in row.get("errors", {})))
     header = [*COLUMNS, *further, "energy_error", "ok", "failure"]
-    with unlinked(path).open("w", newline="", encoding="utf-8") as file:
+    with replaced(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(header)
         for row in report["rows"]:

@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...device.atomic_file import unlinked
+from ...device.atomic_file import replaced
 from ...mesh.elements import ELEMENTS
 
 TYPES = {"f": "Float64", "i": "Int64", "u": "UInt8"}
@@ -58,10 +58,10 @@ class VtuWriter:
                 size += 8 + len(block)
             text.append(f"</{section}>")
         text += ["</Piece>", "</UnstructuredGrid>", '<AppendedData encoding="raw">', "_"]
-        with unlinked(path).open("wb") as file:
+        with replaced(path, synced=False) as part, part.open("wb") as file:
             file.write("\n".join(text).encode())
-            for part in raw:
-                file.write(part)
+            for piece in raw:
+                file.write(piece)
             file.write(b"\n</AppendedData>\n</VTKFile>\n")
 
 
@@ -73,4 +73,5 @@ def write_collection(path: Path, times: Sequence[float], files: Sequence[Path]) 
     ]
     head = '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">'
     text = "\n".join([head, "<Collection>", *rows, "</Collection>", "</VTKFile>", ""])
-    unlinked(path).write_text(text, encoding="utf-8")
+    with replaced(path, synced=False) as part:
+        part.write_text(text, encoding="utf-8")

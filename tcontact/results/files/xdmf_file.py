@@ -5,14 +5,15 @@ Format: https://www.xdmf.org/index.php/XDMF_Model_and_Format (cells of several k
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import h5py
 import numpy as np
 
-from ...device.atomic_file import unlinked
+from ...device.atomic_file import AtomicFile, replaced
 from ...mesh.elements import ELEMENTS
 from .vtkhdf import Frame
 
@@ -22,10 +23,13 @@ RANK = {1: "Scalar", 3: "Vector"}
 def write_series(
     path: Path, points: np.ndarray, blocks: Sequence[tuple[str, np.ndarray]], frames: Iterable[Frame]
 ) -> list[Path]:
-    """Write `path` (.xdmf) and the .h5 file with its numbers; returns both."""
-    store = unlinked(path.with_suffix(".h5"))
+    """Write `path` (.xdmf) and the .h5 file with its numbers in place of older ones; returns both.
+
+    Raises `OSError` with the word of the system, where HDF5 has its own.
+    """
+    store = path.with_suffix(".h5")
     grids = []
-    with h5py.File(store, "w", libver="earliest", locking=False) as file:
+    with replaced(store, synced=False) as part, _numbers(part) as file:
 
         def item(name: str, array: np.ndarray) -> str:
             file[name] = array
@@ -46,8 +50,25 @@ def write_series(
             grids += [*rows, "</Grid>"]
     text = ['<?xml version="1.0"?>', '<Xdmf Version="3.0"><Domain>']
     text += ['<Grid Name="series" GridType="Collection" CollectionType="Temporal">', *grids, "</Grid>"]
-    unlinked(path).write_text("\n".join([*text, "</Domain></Xdmf>", ""]), encoding="utf-8")
+    with replaced(path, synced=False) as part:
+        part.write_text("\n".join([*text, "</Domain></Xdmf>", ""]), encoding="utf-8")
     return [path, store]
+
+
+@contextmanager
+def _numbers(path: Path) -> Iterator[h5py.File]:
+    """Open a new file for the numbers. Raises the `OSError` of the disk rather than what HDF5 makes of it."""
+    disk = AtomicFile(path, "w")
+    try:
+        with h5py.File(disk, "w", libver="earliest") as file:
+            yield file
+        disk.commit()
+    except Exception:
+        if disk.failed is not None:
+            raise disk.failed from None
+        raise
+    finally:
+        disk.close()
 
 
 def _attributes(centre: str, index: int, fields: Mapping[str, np.ndarray], item: object) -> list[str]:

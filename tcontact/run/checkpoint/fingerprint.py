@@ -29,32 +29,47 @@ SHORT = 12  # longest array that is written out
 AT_ONCE = 1 << 22  # bytes of an array that are read at once
 IN_PORTIONS = ("nodes", "cells")  # arrays of a mesh
 SAMPLES = 4096  # values of a function of time
+BITS, DIGITS = 30, 9  # binary digits of arrays and decimal ones of numbers where they are rounded
 # objects with fields that may be functions of time, and these fields
 FUNCTIONS_OF_TIME = (Obstacle, RigidPart, Support, Load)
 FIELDS = ("velocity", "angular_velocity", "displacement", *COMPONENTS)
 
 
-def fingerprint(scene: Scene, scheme: Any, samples: int = SAMPLES) -> dict[str, str]:
+@dataclass(frozen=True)
+class Reading:
+    """How values become text: times [s] at which functions of time are read; rounded: without their last digits."""
+
+    times: np.ndarray
+    rounded: bool
+
+
+def fingerprint(scene: Scene, scheme: Any, samples: int = SAMPLES, rounded: bool = False) -> dict[str, str]:
     """Return every property that the motion depends on by name: numbers with all digits, arrays by their contents.
 
-    samples: number of values of a function of time. The start of a run from the end of another one (`initial`) is in
-    its checkpoint only.
+    samples: number of values of a function of time; rounded: leave the last digits away, in which processors differ.
+    The start of a run from the end of another one (`initial`) is in its checkpoint only.
     Raises `InputError` for a function of time that gives two values at one time: no run with it can be repeated.
     """
     found: dict[str, str] = {}
-    times = scene.duration * (np.arange(samples) + 0.381966) / samples
+    reading = Reading(scene.duration * (np.arange(samples) + 0.381966) / samples, rounded)
     for field in (field for field in fields(scene) if field.init):
         value = getattr(scene, field.name)
         if field.name == "gravity" and callable(value):
-            value = {"function": _samples(value, "gravity", times)}
-        _add(found, field.name, value, times)
-    _add(found, "scheme", scheme, times)
+            value = {"function": _samples(value, "gravity", reading.times)}
+        _add(found, field.name, value, reading)
+    _add(found, "scheme", scheme, reading)
     return found
+
+
+def differences(stored: Mapping[str, str], present: Mapping[str, str]) -> list[str]:
+    """Return the names of the properties in which two fingerprints differ."""
+    names = [*stored, *(name for name in present if name not in stored)]
+    return [name for name in names if stored.get(name) != present.get(name)]
 
 
 def compare(stored: Mapping[str, str], present: Mapping[str, str]) -> None:
     """Raise `InputError` that names what differs from the run that left the checkpoint."""
-    names = [name for name in [*stored, *(set(present) - set(stored))] if stored.get(name) != present.get(name)]
+    names = differences(stored, present)
     if names:
         first = names[0]
         others = f" (and {', '.join(names[1:4])}{', ...' if len(names) > 4 else ''})" if len(names) > 1 else ""
@@ -113,11 +128,14 @@ class Portions:
     name: str
 
 
-def _text(portions: Iterable[np.ndarray], shape: tuple[int, ...] | None) -> str:
-    """Return the text of an array, given in portions of its rows; shape: of the array, None: from the portions."""
+def _text(portions: Iterable[np.ndarray], shape: tuple[int, ...] | None, unit: int | None) -> str:
+    """Return the text of an array, given in portions of its rows; shape: of the array, None: from the portions.
+
+    unit: power of 2 of whose multiples there are to be, None = the numbers as they are.
+    """
     total, rows, short = hashlib.sha256(), 0, list[np.ndarray]()
     for portion in portions:
-        part = np.ascontiguousarray(portion)
+        part = np.ascontiguousarray(portion if unit is None else _rounded(portion, unit))
         total.update(part.data)
         rows += len(part)
         if sum(one.size for one in short) <= SHORT:
@@ -128,29 +146,55 @@ def _text(portions: Iterable[np.ndarray], shape: tuple[int, ...] | None) -> str:
     return f"{part.dtype.name} {shape} {total.hexdigest()[:16]}"
 
 
-def _add(found: dict[str, str], name: str, value: Any, times: np.ndarray) -> None:
+def _unit(portions: Iterable[np.ndarray], reading: Reading) -> int | None:
+    """Return the power of 2 to whose multiples an array is rounded: its largest value has `BITS` digits. None: to none.
+
+    It is that of the whole array, however that comes in portions.
+    """
+    if not reading.rounded:
+        return None
+    largest = 0.0
+    for portion in portions:
+        if portion.dtype.kind != "f":
+            return None
+        largest = max(largest, float(np.abs(portion[np.isfinite(portion)]).max(initial=0.0)))
+    return int(np.frexp(largest)[1]) - BITS
+
+
+def _rounded(array: np.ndarray, unit: int) -> np.ndarray:
+    """Return an array rounded to multiples of a power of 2, without -0."""
+    return np.asarray(np.ldexp(np.rint(np.ldexp(array, -unit)), unit) + 0.0)
+
+
+def _add(found: dict[str, str], name: str, value: Any, reading: Reading) -> None:
     """Add the text of a value to `found`, of a compound value by parts."""
     if isinstance(value, Mapping):
         for key, item in value.items():
-            _add(found, f"{name}.{key}", item, times)
+            _add(found, f"{name}.{key}", item, reading)
     elif isinstance(value, Portions):
-        found[name] = _text(value.mesh.portions(value.name), None)
+        found[name] = _text(value.mesh.portions(value.name), None, _unit(value.mesh.portions(value.name), reading))
     elif is_dataclass(value) and not isinstance(value, type):
         found[name] = Mesh.__name__ if isinstance(value, Mesh) else type(value).__name__  # a box is a mesh
-        for key, item in _properties(value, name, times).items():
-            _add(found, f"{name}.{key}", item, times)
+        for key, item in _properties(value, name, reading.times).items():
+            _add(found, f"{name}.{key}", item, reading)
     elif isinstance(value, np.ndarray):
         portions = np.array_split(value, max(1, value.nbytes // AT_ONCE)) if value.ndim else [value]
-        found[name] = _text(portions, value.shape or (1,))
+        found[name] = _text(portions, value.shape or (1,), _unit(portions, reading))
     elif isinstance(value, (list, tuple)):
         if all(isinstance(item, (bool, int, float, str, np.generic)) for item in value):
-            found[name] = str([item.item() if isinstance(item, np.generic) else item for item in value])
+            plain = (item.item() if isinstance(item, np.generic) else item for item in value)
+            found[name] = str([_number(item, reading) for item in plain])
         else:
             for index, item in enumerate(value):
-                _add(found, f"{name}[{index}]", item, times)
+                _add(found, f"{name}[{index}]", item, reading)
     elif isinstance(value, np.generic):
-        found[name] = repr(value.item())
+        found[name] = repr(_number(value.item(), reading))
     elif callable(value):
         found[name] = f"function {getattr(value, '__qualname__', type(value).__name__)}"
     else:
-        found[name] = str(value) if hasattr(value, "value") else repr(value)
+        found[name] = str(value) if hasattr(value, "value") else repr(_number(value, reading))
+
+
+def _number(value: Any, reading: Reading) -> Any:
+    """Return a number as it is to be read, anything else as it is."""
+    return float(f"{value:.{DIGITS}g}") if reading.rounded and isinstance(value, float) else value

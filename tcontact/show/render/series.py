@@ -11,11 +11,12 @@ import numpy as np
 
 from ...base import stages, validate
 from ...base.errors import InputError
-from ...device.atomic_file import refuse_link, unlinked
+from ...device.atomic_file import refuse_link
 from ...results.files.vtkhdf import Frame, ResultData
 from .animation import animate, can_film, common_palette, film, why_no_film
 from .camera import Camera, Eye
 from .colours import colour_map
+from .png import save_picture
 from .shots import Shots
 from .studio import Studio
 from .surface import Clip
@@ -79,7 +80,7 @@ def render_frames(
             written = _written(studio, field, limits, eye, out, fps, animation, filmed)
             if studio.names and field != "body":
                 path = out / "bodies.png"
-                studio.picture(studio.frame(0), "body", studio.limits("body"), eye).save(unlinked(path))
+                save_picture(studio.picture(studio.frame(0), "body", studio.limits("body"), eye), path)
                 written.append(path)
             if clip:
                 return written  # an opened body has no whole contact face
@@ -186,7 +187,7 @@ def stored_picture(picture: Image.Image, path: Path | str) -> None:
     path = _picture_name(path)
     with written_to(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        picture.save(unlinked(path))
+        save_picture(picture, path)
 
 
 @contextmanager

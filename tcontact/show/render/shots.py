@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ...base import stages
-from ...device.atomic_file import unlinked
 from .camera import Eye
 from .png import write_png
 from .studio import Studio
@@ -56,7 +55,7 @@ class Shots:
             stages.say(f"drawing picture {index + 1} of {len(self._paths)}")
             early = self._early.pop(index, None)
             picture = self._drawn(index) if early is None else early
-            self._waiting.append(self._pool.submit(write_png, unlinked(path), picture))
+            self._waiting.append(self._pool.submit(write_png, path, picture))
             self._settle(AHEAD)
             if shoot is not None:
                 shoot(picture)

@@ -12,7 +12,6 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...device import runtime
-from ...device.atomic_file import unlinked
 from ...results.files.vtkhdf import Frame, ResultData
 from ...scene.obstacles.base import direction as unit_of
 from .bodies import colour_number, names_of, own_limits, write_names
@@ -20,6 +19,7 @@ from .camera import Camera, Eye, fitted, thin_normals, usual_direction
 from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, NOTHING, SHADOWED, colour_map, tables
 from .extent import extent, most_sizes
 from .labels import decorate, font, prefix_of, round_down, round_up, write_figures
+from .png import save_picture
 from .raster import Raster
 from .scenery import Scenery, Signs, write_signs
 from .surface import Clip, clipped_surface
@@ -361,7 +361,7 @@ class Studio:
         push = frame.point_data["contact_force"].sum(axis=0) if "contact_force" in frame.point_data else np.zeros(3)
         length = float(np.linalg.norm(push))
         eye = self.camera("below", frames=[frame], pushed=push / length if length > 0.0 else None)
-        self.picture(frame, "contact_pressure", limits, eye, f"largest contact force{force}").save(unlinked(path))
+        save_picture(self.picture(frame, "contact_pressure", limits, eye, f"largest contact force{force}"), path)
         return [path]
 
     def _body(
