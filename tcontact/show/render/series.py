@@ -46,8 +46,9 @@ def render_frames(
     """Draw every frame of a result; return the files written.
 
     `out`/frames/frame-0000.png ..., animation.gif, animation.mp4 (see video) and, where bodies touched an obstacle,
-    contact-face.png: the contact pressure seen from below at the instant of the largest contact force; with several
-    bodies also bodies.png, the first frame with a colour for each body.
+    contact-face.png: the contact pressure seen from below in the frame with the largest contact force (of one of
+    several obstacles or pairs; its caption has force and time); with several bodies also bodies.png, the first frame
+    with a colour for each body.
 
     field: any field of the file, vectors by their length, cell values one colour a face, None = the contact pressure,
     in a file without it the von Mises stress or the first field; "body", in a file of several ones: a colour for each
