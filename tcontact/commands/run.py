@@ -159,9 +159,11 @@ def finish(
         scene = result.scene
         curves.draw(out, result, case, curves.normals_of(scene), caption, curves.size_of(scene))
         if arguments.frames:
-            from ..show.render import render_frames
+            from ..results.files.vtkhdf import ResultData
+            from ..show.render.series import command_field, render_frames
 
-            render_frames(out / "result.vtkhdf", out, field=_coloured(arguments.fields), title=caption)
+            stored = ResultData.open(out / "result.vtkhdf")
+            render_frames(stored, out, field=command_field(stored), title=caption)
     if result.reason != "interrupted":
         store.remove(out)
     if not arguments.quiet:
@@ -194,13 +196,6 @@ def _size(scene: Any, arguments: argparse.Namespace) -> str:
     fields = frame_fields.chosen(scene, arguments.fields)
     size = frame_fields.size(scene, arguments.frames, fields) / 1e6
     return f"{arguments.frames} frames of {', '.join(fields)} take {size:.3g} MB"
-
-
-def _coloured(fields: list[str] | None) -> str:
-    """Return the field that colours the pictures of a run."""
-    return (
-        "von_mises" if fields is None or not {"von_mises", "all"}.isdisjoint(fields) else (*fields, "displacement")[0]
-    )
 
 
 def _compare(

@@ -127,6 +127,16 @@ def usual_field(data: Any, wanted: str = "contact_pressure") -> str:
     return next((name for name in (wanted, "von_mises", *known) if name in known), wanted)
 
 
+def command_field(data: ResultData) -> str:
+    """Return the field that colours the pictures of `tcontact run` and `tcontact render` where none is named.
+
+    It is the von Mises stress, in a file without it the first field but displacements, and these where they are alone.
+    """
+    known = (*data.point_fields, *data.cell_fields)
+    named = [name for name in known if name not in ("displacement", "body")]
+    return "von_mises" if "von_mises" in known else (*named, "displacement")[0]
+
+
 def render_picture(
     data: ResultData | Path | str,
     path: Path | str,
