@@ -68,7 +68,7 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
            energy="dissipated"),
     Column("external_work", "J", "work of loads, supports and moving obstacles so far", energy="supplied"),
     Column("energy", "J", "energy that is stored, less what was supplied, plus what was dissipated"),
-    Column("energy_error", "1", "change of `energy` over the largest kinetic + elastic energy so far"),
+    Column("energy_error", "1", "change of `energy` since the start, over the largest kinetic + elastic energy"),
     Column("contact_force", "N", "contact force on the bodies", 3, ("contact",)),
     Column("impulse", "N s", "impulse of the contact force so far", 3, integral_of="contact_force", impulse=True),
     Column("support_force", "N", "reaction of the supports", 3, ("support",)),

@@ -156,7 +156,7 @@ def same(one, other):
     assert (one.reason, one.steps, one.time, one.dt) == (other.reason, other.steps, other.time, other.dt)
     for name in ("position", "velocity", "contact_node_force"):
         assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True), name
-    assert one.maxima == other.maxima
+    assert (one.maxima, one.peaks) == (other.maxima, other.peaks)
     assert one.history.keys() == other.history.keys()
     for name, column in one.history.items():
         assert np.array_equal(column, other.history[name], equal_nan=True), name

@@ -218,6 +218,19 @@ def test_render_draws_another_field_into_another_folder(cube, tmp_path, capsys):
     assert "velocity" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("fields", [[], ["--fields", "displacement,velocity"]])
+def test_render_without_options_draws_the_pictures_of_the_run_again(fields, tmp_path):
+    """They have the same bits: field, range and title, of a run with settings and of one with other fields."""
+    out = tmp_path / "run"
+    assert main(["run", "cube-impact", "--set", "cells=2", "--out", str(out), "--frames", "2", "--quiet", *fields]) == 0
+    drawn = {path: path.read_bytes() for path in out.rglob("*.png") if path.parent.name == "frames"}
+    assert len(drawn) == 2
+    assert main(["render", str(out)]) == 0
+    assert {path: path.read_bytes() for path in drawn} == drawn
+    assert main(["render", str(out), "--field", "displacement"]) == 0
+    assert {path: path.read_bytes() for path in drawn} != drawn
+
+
 def test_render_takes_its_options(cube, tmp_path, capsys):
     out, _ = cube
     look = [

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 
+import pytest
 from test_cli import NUMBERS, ROOT, SMALL, names, read
 
 from tcontact.commands import folder
@@ -55,6 +57,15 @@ def test_a_run_that_was_put_aside_by_a_killed_one_is_named_and_put_back(tmp_path
     assert main(["run", "bar-impact", *SMALL, "--out", str(tmp_path)]) == 2
     assert "--force" in capsys.readouterr().err
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize("command", ["render", "export"])
+def test_of_a_comparison_the_runs_are_named(command, tmp_path, capsys):
+    """Pictures and exports are of one run; the folder of several says which there are."""
+    (tmp_path / "summary.json").write_text(json.dumps({"case": "two", "runs": ["massless", "penalty"]}))
+    assert main([command, str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert f"name one of its runs: {tmp_path / 'massless'}, {tmp_path / 'penalty'}" in said
 
 
 def test_default_folder_is_named_after_the_case(tmp_path, monkeypatch):

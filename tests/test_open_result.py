@@ -39,7 +39,7 @@ def run(tmp_path_factory):
 
 SAME = (
     "ok", "reason", "message", "steps", "time", "dt", "dt_limit", "wall_s", "compile_s", "cell_updates_per_s",
-    "memory", "terms", "warnings", "maxima", "precision", "file",
+    "memory", "terms", "warnings", "maxima", "peaks", "precision", "file",
 )  # fmt: skip
 
 

@@ -95,6 +95,13 @@ def test_thinned_history_and_a_start_from_another_run(monkeypatch, tmp_path):
     split(monkeypatch, tmp_path, physics, 2, history_every=4, initial=first.reversed(), frames=0)
 
 
+def test_the_largest_force_and_energy_error_of_all_steps_go_on(monkeypatch, tmp_path):
+    """A split run that keeps few rows has the largest values of the run that keeps all, to the bit."""
+    thin = split(monkeypatch, tmp_path, scene(duration=6e-4), 3, every=2, history_every=50, frames=0)
+    assert thin.peaks == tc.simulate(scene(duration=6e-4), FINE).peaks
+    assert np.linalg.norm(thin.history["contact_force"], axis=1).max() < thin.peaks["contact_force"]
+
+
 def test_a_history_that_thins_itself(monkeypatch, tmp_path):
     whole = split(monkeypatch, tmp_path, scene(), 3, history_rows=6, pressures=True, frames=0)
     assert len(whole.history["time"]) <= 7 < whole.steps

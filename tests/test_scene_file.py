@@ -15,7 +15,11 @@ import tcontact as tc
 from tcontact import friction_layer
 from tcontact.commands.cli import main
 from tcontact.commands.run_scene import read_scene
+from tcontact.run.scene_files.classes import RUN, SURFACE, keys_of, words_of
+from tcontact.run.scene_files.read import ARRAYS, FILE, ROUND
+from tcontact.run.scene_files.read import BOX as BOX_KEYS
 from tcontact.run.scene_files.toml import to_toml
+from tcontact.scene.own_laws import OWN
 
 MAT = material()
 BOX = tc.box_mesh((0.1, 0.2, 0.1), (2, 3, 2), origin=(0.1, -0.3, 1 / 3))
@@ -249,7 +253,38 @@ def test_a_mark_of_the_byte_order_is_no_part_of_the_text(tmp_path):
     assert tc.load_scene(tmp_path / "scene.toml")[0].duration == 1e-5
 
 
+def test_the_scene_file_of_the_page_on_scenes_is_a_scene(tmp_path):
+    """It is read and planned with every term that it names, and its keys are all of those of the scene and of [run]."""
+    page = (ROOT / "docs/SCENES.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```toml\n(.*?)```", page, flags=re.DOTALL)
+    points, triangles = surfaces.sphere(8, 8, 10.0)
+    corners = np.add(points, (50.0, 50.0, -12.0))[triangles]
+    facet = "facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n"
+    body = "".join(facet.format("".join("vertex {} {} {}\n".format(*corner) for corner in three)) for three in corners)
+    (tmp_path / "die.stl").write_text(f"solid die\n{body}endsolid die\n")
+    (tmp_path / "scene.toml").write_text(text)
+    found, options = tc.load_scene(tmp_path / "scene.toml")
+    assert set(options) == set(RUN)
+    assert all(re.search(rf"^(\[\[)?{key}\b", text, flags=re.MULTILINE) for key in keys_of(tc.Scene))
+    assert (found.friction, found.obstacles[0].friction) == (tc.Coulomb(0.2), tc.Coulomb(0.4))
+    assert np.ptp(found.obstacles[1].surface[0], axis=0).max() == pytest.approx(0.02)
+    terms = tc.plan(found).terms
+    assert {"coulomb-friction", "mass-damping", "bulk-viscosity", "gravity", "loads", "probes", "maxima"} <= set(terms)
+    assert [pair.name for pair in found.body_pairs] == ["block-ball"]
+
+
+def test_the_keys_in_the_tables_of_the_page_on_scenes_are_those_of_the_reader():
+    """Kinds of meshes, options of a box, a file and a surface, arguments of bodies, obstacles and pairs are named."""
+    page = (ROOT / "docs/SCENES.md").read_text(encoding="utf-8").partition("## Keys of a scene file")[2]
+    names = {*BOX_KEYS, *FILE, *ARRAYS, *ROUND, *SURFACE}
+    names |= {word for place in ("material", "obstacles", "contact", "scheme") for word in words_of(place)}
+    for kind in (tc.Body, tc.Pair, tc.Plane, tc.Sphere, tc.Cylinder, tc.Box):
+        names |= {*keys_of(kind)}
+    assert {name for name in names if not re.search(rf"\b{name}\b", page)} <= set(OWN)
+
+
 SURFACES = {
+    '{ file = "die.stl" }': 'write surface = "die.stl" and scale = 1e-3 beside it',
     "{ }": "give its points too",
     "{ points = [[0, 0, 0]] }": "give its triangles too",
     "{ points = [[0, 0], [1]], triangles = [[0, 0, 0]] }": "surface points",

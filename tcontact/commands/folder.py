@@ -64,8 +64,14 @@ HALF = tuple(str(part_of(Path(pattern))) for pattern in OURS)  # those that a ki
 
 
 def result_file(given: Path) -> Path:
-    """Return the result file that a word names: itself, or that of a folder. Raises `InputError` if there is none."""
+    """Return the result file that a word names: itself, or that of a folder.
+
+    Raises `InputError` if there is none, with the runs of a comparison where the folder holds one.
+    """
     path = given / "result.vtkhdf" if validate.is_folder(given) else given
+    if path != given and not path.is_file() and (runs := _runs(given)):
+        names = ", ".join(str(given / name) for name in runs)
+        raise InputError("file", str(given), f"holds a comparison; name one of its runs: {names}")
     validate.file_exists("file", path, PUT_ASIDE if (path.parent / ASIDE / path.name).is_file() else NO_RESULT)
     return path
 

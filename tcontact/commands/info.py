@@ -15,7 +15,7 @@ from ..base.errors import InputError
 from ..results import report
 from ..results.acting_force import acting_force
 from ..results.report import check_lines, si
-from ..results.stored import is_summary, unended
+from ..results.stored import is_summary, stored_peaks, unended
 from ..show.render.colours import FIELDS
 from . import options
 from .folder import ASIDE, NO_RESULT, PUT_ASIDE
@@ -87,9 +87,9 @@ def contents(path: Path) -> list[str]:
         rows = len(next(iter(history.values())))
         found += _wrapped("history", f"{rows} rows: " + ", ".join(history))
         if "contact_force" in history and rows:
-            force = np.linalg.norm(acting_force(history), axis=1)
-            if np.nanmax(force, initial=0.0) > 0.0:
-                found.append(f"  force     {sparkline(force)} at most {si(float(np.nanmax(force)), 'N')}")
+            acting = acting_force(history, stored_peaks(data))
+            if acting.largest > 0.0:
+                found.append(f"  force     {sparkline(acting.size)} at most {si(acting.largest, 'N')}{acting.partner}")
         if "energy_error" in history and rows:
             found.append(
                 f"  last row  energy error {history['energy_error'][-1]:.3g}, time {si(history['time'][-1], 's', 4)}"

@@ -25,15 +25,15 @@ def kept_all_the_same(out: Path, remedy: Callable[[], str]) -> Iterator[None]:
         raise OutputError(f"{out}: {text} is kept; make room, {remedy()}") from error
 
 
-def remedy_of_run(out: Path, origin: Mapping[str, Any], field: str | None) -> str:
-    """Return what writes and draws all that a run lacks; field: that of its pictures, None without any.
+def remedy_of_run(out: Path, origin: Mapping[str, Any], frames: bool) -> str:
+    """Return what writes and draws all that a run lacks; frames: whether it has pictures of frames.
 
     `render` draws by what summary.json says of the run; where that was not written, its checks are lost too.
     """
     if any((out / name).exists() for name in store.FILES):
         go_on = f"then `tcontact resume {out}`"
     elif read_summary(out).get("origin") == origin:
-        pictures = "" if field is None else f" and `tcontact render {out} --field {field}`"
+        pictures = f" and `tcontact render {out}`" if frames else ""
         go_on = f"then `tcontact render {out} --plots`{pictures}"
     else:
         return "then run again with --force: its checks are not written"

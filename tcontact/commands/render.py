@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 from ..base import validate
 from ..base.errors import InputError
 from ..results.stored import read_summary
-from . import curves, words
+from . import curves, origins, words
 from . import options as shared
 from .folder import result_file
 
@@ -19,13 +18,17 @@ from .folder import result_file
 def add(subparsers: Any) -> None:
     """Declare the command."""
     parser = subparsers.add_parser(
-        "render", help="draw a stored run", description="Draw the frames of a stored run, and an animation of them."
+        "render",
+        help="draw a stored run",
+        description="Draw the frames of a stored run, and an animation of them. Without options these are the pictures"
+        " that `tcontact run` drew, coloured by the von Mises stress; --field contact_pressure shows the contact.",
     )
     shared.add(parser, "FILE")
     parser.add_argument(
         "--field",
         metavar="NAME",
-        help="field that colours the surface (tcontact info lists them); body: a colour for each body",
+        help="field that colours the surface (tcontact info lists them; default: von_mises, or the first that the run"
+        " stored beside displacements); body: a colour for each body",
     )
     parser.add_argument("--colours", metavar="MAP", help="a colour map of matplotlib, for example coolwarm")
     parser.add_argument("--range", metavar="LOW,HIGH", type=_pair, help="values at the two ends of the colours")
@@ -58,13 +61,15 @@ def run(arguments: argparse.Namespace) -> int:
         return _plots(arguments)
     from ..results.files.vtkhdf import ResultData
     from ..show.render import Camera, Clip, render_frames, render_picture
-    from ..show.render.series import nearest, usual_field
+    from ..show.render.series import command_field, nearest
 
     path = result_file(arguments.file)
     out = arguments.out or path.parent
     given = {name: getattr(arguments, name) for name in ("field", "size", "view", "colours", "range")}
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    options["title"] = _case(path.parent / "summary.json")
+    data = ResultData.open(path)
+    options.setdefault("field", command_field(data))
+    options["title"] = _title(path.parent)
     options["clip"] = [Clip(*one) for one in arguments.clip or ()]
     if arguments.scale is not None:
         options["deformation_scale"] = arguments.scale
@@ -73,12 +78,10 @@ def run(arguments: argparse.Namespace) -> int:
     elif arguments.up is not None:
         raise InputError("--up", arguments.up, "give --camera too")
     if arguments.time is not None:
-        data = ResultData.open(path)
-        field = options.setdefault("field", usual_field(data))
         drawn = float(data.times[nearest(data, arguments.time)]) if len(data) else arguments.time
-        print(render_picture(data, out / f"picture-{field}-{drawn:g}s.png", drawn, **options))
+        print(render_picture(data, out / f"picture-{options['field']}-{drawn:g}s.png", drawn, **options))
         return 0
-    written = render_frames(path, out, fps=arguments.fps, video=True if arguments.mp4 else None, **options)
+    written = render_frames(data, out, fps=arguments.fps, video=True if arguments.mp4 else None, **options)
     for picture in written:
         if picture.parent.name != "frames":
             print(picture)
@@ -112,12 +115,11 @@ def _plots(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _case(summary: Path) -> str | None:
-    """Return the name of the case that left this summary, None if there is none."""
-    try:
-        return str(json.loads(summary.read_text(encoding="utf-8"))["case"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
+def _title(folder: Path) -> str | None:
+    """Return the line above the pictures of a run of the command line: its case and what was set; None of others."""
+    summary = read_summary(folder)
+    origin = origins.of(summary)
+    return curves.caption_of(str(summary["case"]), origin["set"] if origin else []) if "case" in summary else None
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -8,14 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from tcontact import cases
 
 from ..base import stages
 from ..base.errors import InputError
 from ..device import ranks
 from ..results import frame_fields, report
+from ..results.acting_force import largest_energy_error
 from ..results.result import Result
 from ..run.checkpoint import store
 from ..run.folder_lock import made_and_locked
@@ -169,16 +168,17 @@ def _finished(
     data = report.summary(result, case=title, parameters=parameters, checks=checks) | {"origin": origin}
     if ranks.launched()[0] > 1:
         data["ranks"] = ranks.launched()[0]
-    field = _coloured(arguments.fields) if arguments.frames else None
-    with kept_all_the_same(out, lambda: remedy_of_run(out, origin, field)):
+    with kept_all_the_same(out, lambda: remedy_of_run(out, origin, bool(arguments.frames))):
         report.write_json(out / "summary.json", data | same_scene.kept(result.scene, result.scheme))
         caption = curves.caption_of(title, arguments.set)
         scene = result.scene
         curves.draw(out, result, case, curves.normals_of(scene), caption, curves.size_of(scene))
-        if field is not None:
-            from ..show.render import render_frames
+        if arguments.frames:
+            from ..results.files.vtkhdf import ResultData
+            from ..show.render.series import command_field, render_frames
 
-            render_frames(out / "result.vtkhdf", out, field=field, title=caption)
+            stored = ResultData.open(out / "result.vtkhdf")
+            render_frames(stored, out, field=command_field(stored), title=caption)
     if result.reason != "interrupted":
         store.remove(out)
     if not arguments.quiet:
@@ -199,13 +199,6 @@ def _size(scene: Any, arguments: argparse.Namespace) -> str:
     return f"{arguments.frames} frames of {', '.join(fields)} take {size:.3g} MB"
 
 
-def _coloured(fields: list[str] | None) -> str:
-    """Return the field that colours the pictures of a run."""
-    return (
-        "von_mises" if fields is None or not {"von_mises", "all"}.isdisjoint(fields) else (*fields, "displacement")[0]
-    )
-
-
 def _compare(
     arguments: argparse.Namespace,
     case: Any,
@@ -224,7 +217,7 @@ def _compare(
             "steps": result.steps,
             "energy_end": float(result.history["energy"][-1] / max(result.history["energy"][0], 1e-300)),
             "force_changes": plots.unrest(plots.force_component(result.history, normals)),
-            "energy_error_max": float(np.abs(result.history["energy_error"]).max()),
+            "energy_error_max": largest_energy_error(result.history, result.peaks),
             **report.smoothness_of(result),
         }
         for label, (_, result) in runs.items()

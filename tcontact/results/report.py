@@ -16,7 +16,7 @@ from ..base.version import __version__
 from ..device import runtime
 from ..device.atomic_file import replaced
 from . import smoothness
-from .acting_force import acting_force
+from .acting_force import acting_force, largest_energy_error, partner_in_words
 from .checks import Check
 from .result import Result
 from .tables import flat_columns
@@ -45,13 +45,18 @@ def versions() -> dict[str, str]:
 def run_attributes(result: Result) -> dict[str, Any]:
     """Return a run as plain data for JSON: scalars, largest energy error, last row of the history, versions.
 
-    "smoothness" holds the numbers of `tcontact.results.smoothness`; it is empty if nothing touched. "temperature_max"
-    [K] of metals is the highest of the whole run.
+    "energy_error_max", "contact_force_max" and "peaks" count every step, other largest values the rows of the history.
+    "contact_force_max" [N] is that of the obstacle or pair with the largest force; where there are several,
+    "contact_force_of" is its column of the history. "smoothness" holds the numbers of `tcontact.results.smoothness` of
+    that force; it is empty if nothing touched. "temperature_max" [K] of metals is the highest of the whole run.
     """
     data: dict[str, Any] = {name: getattr(result, name) for name in SCALARS}
-    data["energy_error_max"] = float(np.abs(result.history["energy_error"]).max())
+    data["energy_error_max"] = largest_energy_error(result.history, result.peaks)
     if "contact_force" in result.history:
-        data["contact_force_max"] = float(np.linalg.norm(acting_force(result.history), axis=1).max())
+        acting = acting_force(result.history, result.peaks)
+        data["contact_force_max"] = acting.largest
+        data |= {"contact_force_of": acting.column} if acting.several else {}
+    data["peaks"] = dict(result.peaks)
     if "hourglass" in result.history:
         data["hourglass_share_max"] = hourglass_share(result.history)
     if "temperature_max" in result.history:
@@ -71,18 +76,18 @@ def run_attributes(result: Result) -> dict[str, Any]:
 
 
 def total_force(result: Result) -> np.ndarray:
-    """Return the contact force [rows] along the normal that all obstacles share; its size if there are several."""
-    force = acting_force(result.history)
+    """Return the largest partner's force [rows] along the normal that all obstacles share; else its size."""
+    acting = acting_force(result.history, result.peaks)
     normals = [np.asarray(obstacle.normal) for obstacle in result.scene.obstacles if hasattr(obstacle, "normal")]
     with np.errstate(invalid="ignore"):
-        flat = len(normals) == len(result.scene.obstacles) and normals
+        flat = len(normals) == len(result.scene.obstacles) and normals and not acting.of_pair
         if flat and all(np.allclose(normal, normals[0]) for normal in normals):
-            return np.asarray(force @ normals[0])
-        return np.asarray(np.linalg.norm(force, axis=1))
+            return np.asarray(acting.force @ normals[0])
+        return acting.size
 
 
 def smoothness_of(result: Result, records: Sequence[smoothness.PressureRecord] | None = None) -> dict[str, float | int]:
-    """Measure how smooth the contact of a run is: numbers of the total force, and of the nodes if there are records.
+    """Measure how smooth the contact of a run is: numbers of the largest partner's force, and of nodes with records.
 
     records: one per body that can touch, the worst counts; None = `result.contact_pressures` if the run kept them.
     Empty if nothing touched or the force is not finite.
@@ -195,6 +200,8 @@ def lines(data: Mapping[str, Any]) -> list[str]:
             board = _number(smooth["checkerboard"])
             rows["contact"] += f", checkerboard {board:.2g}" if math.isfinite(board) else ""
         rows["contact"] += f", peak {_number(smooth['peak_over_plateau']):.3g} x plateau, releases {smooth['releases']}"
+        if "contact_force_of" in data:
+            rows["contact"] += f", of the force {partner_in_words(str(data['contact_force_of']))}"
     found = [f"{data['case']}: {data['reason']} at {si(_number(data['time']), 's', 4)} after {data['steps']} steps"]
     found += [f"  {name:<10}{text}" for name, text in rows.items()]
     if data["message"]:

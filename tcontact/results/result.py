@@ -13,6 +13,7 @@ from ..base.errors import InputError, hint
 from ..device.team import Team, team
 from ..friction_layer import LayerState
 from ..scene.scene import Scene
+from .acting_force import largest_energy_error
 from .outcome import Outcome
 from .pair_memory import PairMemory
 from .smoothness import PressureRecord
@@ -50,6 +51,8 @@ class Result(Outcome):
     keeps a state, of every body the numbers of each of its blocks [cells, points, numbers], and pairs: where bodies are
     in contact with each other, what that remembers (`PairMemory`): with both `simulate(initial=)` goes on; maxima: by
     the names in `Scene.maxima` the largest value of all cells and all steps, also those that the history does not keep;
+    peaks: by column the largest energy_error, and the largest length [N] of contact_force and of the force of each
+    obstacle and pair that has a column, of all steps alike;
     precision: "f64" or "mixed", as `simulate` was asked for; file: the
     result file, if `simulate` was asked for `out`. `tcontact.open_result` reads such a run back.
     Of several ranks that share a run the first one has all this; on the others what belongs to nodes and cells
@@ -81,6 +84,7 @@ class Result(Outcome):
     points: tuple[tuple[np.ndarray, ...], ...] = ()
     pairs: PairMemory | None = None
     maxima: dict[str, Maximum] = field(default_factory=dict)
+    peaks: dict[str, float] = field(default_factory=dict)
     precision: str = "f64"
     file: Path | None = None
 
@@ -157,7 +161,8 @@ class Result(Outcome):
         return bytes(self.notebook.picture(self))
 
     def __repr__(self) -> str:
-        error = self.history["energy_error"].max() if len(self.history.get("energy_error", ())) else float("nan")
+        rows = len(self.history.get("energy_error", ()))
+        error = largest_energy_error(self.history, self.peaks) if rows else float("nan")
         return (
             f"Result({self.reason}, {self.steps} steps to {self.time:.6g} s, dt {self.dt:.3g} s,"
             f" energy error {error:.2g}, {self.wall_s:.3g} s)"

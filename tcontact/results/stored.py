@@ -135,6 +135,11 @@ class StoredResult(Outcome):
         return {name: Maximum(**one) for name, one in self.data.attributes.get("maxima", {}).items()}
 
     @property
+    def peaks(self) -> dict[str, float]:
+        """The largest values of all steps, as in `Result`; {} in files of earlier versions."""
+        return stored_peaks(self.data)
+
+    @property
     def position(self) -> np.ndarray:
         """Positions [n, 3] [m] of the nodes in the last frame, in the user's numbering, bodies stacked in order."""
         return np.asarray(self.data.points + self._last("position", "displacement"))
@@ -192,6 +197,12 @@ class StoredResult(Outcome):
             f"StoredResult({self.data.path}, {self.reason}, {self.steps} steps to {self.time:.6g} s,"
             f" energy error {error:.2g}, {len(self.data)} frames)"
         )
+
+
+def stored_peaks(data: ResultData) -> dict[str, float]:
+    """Return `Result.peaks` of a result file; {} in files of earlier versions."""
+    found = data.attributes.get("peaks", {})
+    return {name: float(value) for name, value in found.items()} if isinstance(found, dict) else {}
 
 
 def open_result(folder: Path | str, scene: Any = None, scheme: Any = None) -> StoredResult:

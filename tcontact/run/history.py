@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..planning.measured import Layout
+from .peaks import Peaks
 
 MOST_ROWS = 10**6  # rows kept by default, a few hundred bytes each
 LARGE = 2**30  # memory of the history above which a message precedes the run [bytes]
@@ -47,6 +48,7 @@ class History:
         self.reference_energy = 0.0  # largest kinetic + elastic energy so far
         self.largest_work = 0.0
         self._origin: np.ndarray | None = None
+        self._peaks = Peaks(self.layout)
 
     def add(self, rows: np.ndarray) -> None:
         """Add the measured rows [m, width] of the next m steps."""
@@ -65,8 +67,22 @@ class History:
         work = np.abs(self._external_work(rows)) + self._column("applied_kick", rows)
         work += self._column("gravity_kick", rows)
         self.largest_work = float(np.fmax(self.largest_work, work.max()))
+        self._measure(rows)
         self._store(rows[(self.steps + np.arange(count)) % self.every == 0])
         self.steps += count
+
+    def _measure(self, rows: np.ndarray) -> None:
+        """Let complete rows count for the largest values."""
+        self._peaks.add(self._energy(rows), lambda name: self._column(name, rows))
+
+    def _energy(self, rows: np.ndarray) -> np.ndarray:
+        """Return the column `energy` [m] of complete rows [J]."""
+        with np.errstate(invalid="ignore", over="ignore"):  # a run that blows up
+            energy = np.asarray(self.layout.stored(rows.T) - self._external_work(rows))
+            for column in self.layout.shown:
+                if column.energy == "dissipated":
+                    energy = energy + self._column(column.name, rows)
+        return energy
 
     def _added(self, rule: str, table: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Return the increments of the integrals in every step; table: the rows at its start and its end."""
@@ -153,6 +169,7 @@ class History:
             "sums": sums,
             "steps": self.steps,
             "every": self.every,
+            "peaks": self._peaks.checkpoint(),
         }
 
     def restore(self, saved: dict[str, Any]) -> None:
@@ -164,16 +181,21 @@ class History:
         self.count = len(self._rows)
         self.reference_energy, self.largest_work = map(float, saved["sums"])
         self._last, self._origin = saved.get("last"), saved.get("origin")
+        if "peaks" in saved:
+            self._peaks.restore(saved["peaks"])
+        elif self.count:  # a checkpoint of an earlier version has the rows that were kept
+            self._measure(self._rows)
+
+    def peaks(self) -> dict[str, float]:
+        """Return `Result.peaks`."""
+        return self._peaks.columns(self.reference_energy)
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return the public history: name -> array [rows] or [rows, 3]."""
         rows = self._rows[: self.count]
         result = {column.name: self._column(column.name, rows) for column in self.layout.shown}
         result["external_work"] = self._external_work(rows)
-        result["energy"] = self.layout.stored(rows.T) - result["external_work"]
-        for column in self.layout.shown:
-            if column.energy == "dissipated":
-                result["energy"] = result["energy"] + result[column.name]
+        result["energy"] = self._energy(rows)
         scale = self.reference_energy
         with np.errstate(invalid="ignore"):  # a run that blew up
             change = np.abs(result["energy"] - result["energy"][0]) if len(rows) else np.zeros(0)

@@ -421,6 +421,7 @@ class Run:
             contact_pressures=tuple(record for _, record in self.pressures),
             scheme=self.scheme,
             maxima=self.largest(),
+            peaks=self.history.peaks(),
             precision=precision_of(self.planned),
             **self.end_state(last),
         )

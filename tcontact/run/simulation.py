@@ -61,22 +61,23 @@ def simulate(
 
     scheme: a name or an object with its options; out: folder for result.vtkhdf, history.csv and summary.json (must not
     hold another run); frames: how many states are written, first and last included; threads: CPU threads (None = all);
-    arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows; initial: start from
-    the end of another run of the same bodies, whatever velocity and displacement they name: positions, velocities,
-    friction layers and the rows of bodies in contact go on, while time starts at 0 again for moving obstacles and the
-    sums of the history, and a scene without `FrictionLayer` drops the layers (a scene whose obstacle has moved to where
-    the meshes would be inside it gives the bodies a displacement out of it); pressures: keep the pressures of the
-    contact nodes at every row of the history (`Result.contact_pressures`); checkpoint: seconds of wall time between
-    checkpoints in `out` (or a `Checkpoint`, or its options as a dictionary), from which `tcontact.resume` goes on after
-    a crash or Ctrl-C; they are removed when the run has finished; fields: what frames hold (names in
-    `tcontact.results.frame_fields`; the displacement always), None = what costs nothing during the run, "all" = also
-    the pressure of cells, and of contact nodes with friction "slip_distance" [m], the path along which they slid on
-    what they touched, and "friction_work" [J/m^2], its work over the area weight of the node
-    (`plan(scene).bodies[i].contact_areas()`), both between two bodies on the slave; history_rows: largest number of
-    rows: beyond it every second one is dropped and `history_every` doubles (sums over time and maxima still include
-    every step; a message before the run says so); precision: "f64", or "mixed": float32 arithmetic in the ordinary
-    cells, on differences of displacements that are formed in float64, all else in float64
-    (`tcontact.kernels.cells.mixed_cells` says what that does to the errors).
+    arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows (docs/COLUMNS.md says
+    which numbers still count every step); initial: start from the end of another run of the same bodies, whatever
+    velocity and displacement they name: positions, velocities, friction layers and the rows of bodies in contact go on,
+    while time starts at 0 again for moving obstacles and the sums of the history, and a scene without `FrictionLayer`
+    drops the layers (a scene whose obstacle has moved to where the meshes would be inside it gives the bodies a
+    displacement out of it); pressures: keep the pressures of the contact nodes at every row of the history
+    (`Result.contact_pressures`); checkpoint: seconds of wall time between checkpoints in `out` (or a `Checkpoint`, or
+    its options as a dictionary), from which `tcontact.resume` goes on after a crash or Ctrl-C; they are removed when
+    the run has finished; fields: what frames hold (names in `tcontact.results.frame_fields`; the displacement always),
+    None = what costs nothing during the run, "all" = also the pressure of cells, and of contact nodes with friction
+    "slip_distance" [m], the path along which they slid on what they touched, and "friction_work" [J/m^2], its work over
+    the area weight of the node (`plan(scene).bodies[i].contact_areas()`), both between two bodies on the slave;
+    history_rows: largest number of rows: beyond it every second one is dropped and `history_every` doubles (sums over
+    time, `Result.maxima` and `Result.peaks` still include every step, other largest values the rows that are kept; a
+    message before the run says so); precision: "f64", or "mixed": float32 arithmetic in the ordinary cells, on
+    differences of displacements that are formed in float64, all else in float64 (`tcontact.kernels.cells.mixed_cells`
+    says what that does to the errors).
     Under `mpiexec -n P` the processes share the scene (docs/SCALING.md): each returns a result, the first a whole one
     (`Result.on_all_ranks`).
     comm: the communicator of mpi4py whose processes do so, None = of all that the launcher has started. With

@@ -16,7 +16,7 @@ import numpy as np
 from ..cells.stress import VonMises
 from ..device import runtime
 from ..mesh.mesh import Mesh
-from ..results.acting_force import acting_force
+from ..results.acting_force import acting_force, largest_energy_error
 from ..results.files.vtkhdf import Frame
 from ..results.report import si
 from ..results.result import Result
@@ -166,14 +166,14 @@ def rows(result: Result) -> dict[str, str]:
     """Return the rows of the table, by the words on its left."""
     history = result.history
     cells = sum(body.mesh.cell_count for body in result.scene.bodies)
-    error = float(np.abs(history["energy_error"]).max())
-    force = float(np.linalg.norm(acting_force(history), axis=1).max())
+    error = largest_energy_error(history, result.peaks)
+    acting = acting_force(history, result.peaks)
     found = {
         "ended": f"{result.reason} at {si(result.time, 's', 4)} after {result.steps} steps",
         "scene": f"{cells} cells, {len(result.position)} nodes: {', '.join(result.terms)}",
         "step": f"{si(result.dt, 's')} (stable below {si(result.dt_limit, 's')})",
         "energy error": f"{error:.2g} at most",
-        "contact force": f"{si(force, 'N')} at most",
+        "contact force": f"{si(acting.largest, 'N')} at most{acting.partner}",
         "smallest gap": si(float(np.nanmin(history["gap_min"])), "m"),
         "time taken": f"{si(result.wall_s, 's')}, compiling {si(result.compile_s, 's')}",
     }

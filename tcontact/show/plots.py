@@ -11,7 +11,7 @@ import numpy as np
 
 from ..device.atomic_file import replaced
 from ..kernels.columns import COLUMNS
-from ..results.acting_force import acting_force, pair_forces
+from ..results.acting_force import acting_force, pair_forces, partner_forces
 from ..results.report import si_scale
 from .render.png import write_png
 
@@ -303,12 +303,12 @@ def unrest(force: np.ndarray) -> float:
 
 
 def force_component(history: History, normals: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the contact force along the obstacle normal [N]; its magnitude if obstacles have several normals."""
-    force = acting_force(history)
-    if normals and all(np.allclose(normal, normals[0]) for normal in normals):
+    """Return the largest partner's force along the obstacle normal [N]; its size for several normals, and of a pair."""
+    acting = acting_force(history)
+    if normals and not acting.of_pair and all(np.allclose(normal, normals[0]) for normal in normals):
         with np.errstate(invalid="ignore"):  # a run that blew up has inf and nan in its last rows
-            return force @ np.asarray(normals[0])
-    return np.linalg.norm(force, axis=1)
+            return acting.force @ np.asarray(normals[0])
+    return acting.size
 
 
 def part_forces(history: History) -> dict[str, np.ndarray]:
@@ -316,12 +316,10 @@ def part_forces(history: History) -> dict[str, np.ndarray]:
 
     Nothing of these is {}: one obstacle has the contact force of all. What no body touches is left away.
     """
-    start, pairs = "obstacle_force:", pair_forces(history)
-    obstacles = {name[len(start) :]: force for name, force in history.items() if name.startswith(start)}
-    if not obstacles and pairs and acting_force(history) is history["contact_force"]:
-        obstacles = {"obstacles": history["contact_force"]}
-    touched = {name: force for name, force in (obstacles | pairs).items() if np.any(force)}
-    return touched if pairs or len(obstacles) > 1 else {}
+    parts = partner_forces(history)
+    if len(parts) == 1 and not pair_forces(history):
+        return {}
+    return {name.partition(":")[2] or "obstacles": force for name, force in parts.items() if np.any(force)}
 
 
 def _penetration(history: History) -> np.ndarray:

@@ -199,6 +199,9 @@ class Reader:
                 values[key] = self.array(f"{place}.{key}", values[key])
         if "surface" in values:
             pair = table(f"{place}.surface", values["surface"])
+            if "file" in pair:
+                remedy = 'a file stands as its name: write surface = "die.stl" and scale = 1e-3 beside it'
+                raise InputError(f"{place}.surface.file", pair["file"], remedy)
             check_keys(f"{place}.surface", pair, ("points", "triangles"))
             for key in ("points", "triangles"):
                 if key not in pair:

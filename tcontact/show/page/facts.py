@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
-from ...results.acting_force import acting_force
+from ...results.acting_force import acting_force, largest_energy_error
 from ...results.report import si
 from ...results.stored import StoredResult
 
@@ -77,15 +77,15 @@ def check_rows(result: StoredResult) -> list[dict[str, Any]]:
 def ledger_rows(result: StoredResult) -> Rows:
     """Return the balance of the run: energy and its error, contact impulse, largest contact force and penetration."""
     history = result.history
-    whole, error = history["kinetic"] + history["elastic"], float(np.abs(history["energy_error"]).max())
+    whole, error = history["kinetic"] + history["elastic"], largest_energy_error(history, result.peaks)
     start, end = (si(float(whole[row]), "J", 4) for row in (0, -1))
     rows = [
         ["kinetic + elastic energy", f"{start} at the start, {end} at the end"],
         ["energy error, largest", f"{error:.2g} of the largest kinetic + elastic energy"],
     ]
-    force = np.linalg.norm(acting_force(history), axis=1)
-    if np.nanmax(force, initial=0.0) > 0.0:
-        rows.append(["contact force, largest", si(float(np.nanmax(force)), "N", 4)])
+    acting = acting_force(history, result.peaks)
+    if acting.largest > 0.0:
+        rows.append(["contact force, largest", si(acting.largest, "N", 4) + acting.partner])
         if result.frames.attributes.get("obstacles"):
             rows.append(["impulse of the obstacles", si(float(np.linalg.norm(history["impulse"][-1])), "N s", 4)])
     gaps = history["gap_min"][np.isfinite(history["gap_min"])]

@@ -1,4 +1,4 @@
-"""Pictures of a result: surface frames coloured by a field, an animation, the contact face at the largest force.
+"""Pictures of a result: surface frames coloured by a field, an animation, the contact face where it is pressed most.
 
 How it works. `surface` takes the faces that belong to one cell only and cuts them into triangles; `camera` places the
 eye so that everything that moves, as `extent` finds it, stays in the picture; `planes` and `solids` add the obstacles.

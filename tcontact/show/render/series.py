@@ -47,8 +47,9 @@ def render_frames(
     """Draw every frame of a result; return the files written.
 
     `out`/frames/frame-0000.png ..., animation.gif, animation.mp4 (see video) and, where bodies touched an obstacle,
-    contact-face.png: the contact pressure seen from below at the instant of the largest contact force; with several
-    bodies also bodies.png, the first frame with a colour for each body.
+    contact-face.png: the contact pressure seen from below in the frame with the largest contact force (of one of
+    several obstacles or pairs; its caption has force and time); with several bodies also bodies.png, the first frame
+    with a colour for each body.
 
     field: any field of the file, vectors by their length, cell values one colour a face, None = the contact pressure,
     in a file without it the von Mises stress or the first field; "body", in a file of several ones: a colour for each
@@ -125,6 +126,16 @@ def usual_field(data: Any, wanted: str = "contact_pressure") -> str:
     """Return the field that colours pictures where none is named: the wanted one, or one that the frames have."""
     known = (*data.point_fields, *data.cell_fields)
     return next((name for name in (wanted, "von_mises", *known) if name in known), wanted)
+
+
+def command_field(data: ResultData) -> str:
+    """Return the field that colours the pictures of `tcontact run` and `tcontact render` where none is named.
+
+    It is the von Mises stress, in a file without it the first field but displacements, and these where they are alone.
+    """
+    known = (*data.point_fields, *data.cell_fields)
+    named = [name for name in known if name not in ("displacement", "body")]
+    return "von_mises" if "von_mises" in known else (*named, "displacement")[0]
 
 
 def render_picture(

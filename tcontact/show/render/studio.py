@@ -18,7 +18,8 @@ from .bodies import colour_number, names_of, own_limits, write_names
 from .camera import Camera, Eye, fitted, thin_normals, usual_direction
 from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, NOTHING, SHADOWED, colour_map, tables
 from .extent import extent, most_sizes
-from .labels import decorate, font, prefix_of, round_down, round_up, write_figures
+from .key_frame import key_frame
+from .labels import decorate, font, round_down, round_up, write_figures
 from .png import save_picture
 from .raster import Raster
 from .scenery import Scenery, Signs, write_signs
@@ -342,26 +343,16 @@ class Studio:
         return (self.mask & 255).reshape(height, width)
 
     def contact_face(self, path: Path, limits: tuple[float, float] | None = None) -> list[Path]:
-        """Draw the key picture of a run that touched something; return [] where there is nothing to show."""
+        """Draw the frame with the largest contact force, where the run touched an obstacle; return [] elsewhere."""
         if "contact_pressure" not in self.data.point_fields or not (self.scenery.planes or self.scenery.solids):
             return []
-        forces = []
-        for index in range(len(self.data)):
-            nodal = self.frame(index).point_data
-            total = nodal["contact_force"].sum(axis=0) if "contact_force" in nodal else nodal["contact_pressure"].sum()
-            forces.append(float(np.nan_to_num(np.linalg.norm(total), posinf=0.0)))
-        if max(forces) == 0.0:
+        alone = len(self.scenery.planes) + len(self.scenery.solids) == 1 and len(self.names) < 2
+        key = key_frame(self.data, self.frame, alone)
+        if key is None:
             return []
-        frame = self.frame(int(np.argmax(forces)))
-        force = ""
-        if "contact_force" in frame.point_data:
-            factor, prefix = prefix_of(max(forces))
-            force = f": {max(forces) / factor:.3g} {prefix}N"
         limits = limits or self.limits("contact_pressure")
-        push = frame.point_data["contact_force"].sum(axis=0) if "contact_force" in frame.point_data else np.zeros(3)
-        length = float(np.linalg.norm(push))
-        eye = self.camera("below", frames=[frame], pushed=push / length if length > 0.0 else None)
-        save_picture(self.picture(frame, "contact_pressure", limits, eye, f"largest contact force{force}"), path)
+        eye = self.camera("below", frames=[key.frame], pushed=key.push)
+        save_picture(self.picture(key.frame, "contact_pressure", limits, eye, key.note), path)
         return [path]
 
     def _body(
