@@ -128,12 +128,7 @@ def apply_rows(body: ti.template(), contact: ti.template(), rows: ti.template())
 
 @ti.func
 def apply_kick_friction(body: ti.template(), contact: ti.template(), rows: ti.template()):
-    """Apply the friction of the kick to the contact nodes, and add it to the sum of the contact forces.
-
-    With obstacles that move freely its part in massless components, where normals have turned since the start, acts on
-    the nodes that carry the mass of the contact node, like what the static solve leaves: momentum is conserved. Where
-    threads share the nodes, `receive_shares` has to follow (static/massless_contact.py).
-    """
+    """Apply the friction of the kick to the contact nodes, and add it to the sum of the contact forces."""
     force = ti.Vector([so_far(contact, contact.sums, place) for place in ti.static(FORCE_PLACES)])
     for turn in range(turns(contact, node_count(contact))):
         k = item(contact, turn)
@@ -142,26 +137,4 @@ def apply_kick_friction(body: ti.template(), contact: ti.template(), rows: ti.te
         for j in ti.static(range(3)):
             contact.force[3 * k + j] = contact.force[3 * k + j] + total[j]
             body.special_force[3 * k + j] = body.special_force[3 * k + j] - total[j]
-        if ti.static(contact.options.free and contact.options.model == "massless"):
-            begin, end = contact.residual_receivers[k], contact.residual_receivers[k + 1]
-            share = massless_part(contact, k, total) / ti.max(1.0, float(end - begin))
-            if ti.static(contact.options.threads > 1):  # the receivers add up the shares afterwards
-                for j in ti.static(range(3)):
-                    contact.residual_shares[3 * k + j] = 0.0 - share[j]
-            else:
-                for i in range(begin, end):
-                    for j in ti.static(range(3)):
-                        place = 3 * contact.residual_receivers[i] + j
-                        body.special_force[place] = body.special_force[place] - share[j]
     put_sums(contact, contact.sums, FORCE_PLACES, [force[0], force[1], force[2]], ("sum",) * 3)
-
-
-@ti.func
-def massless_part(contact: ti.template(), k, vector):
-    """Return the part of a vector [3] in the massless components of contact node k."""
-    block = ti.static(contact.options.block)
-    part = ti.Vector.zero(ti.f64, 3)
-    for j in ti.static(range(block)):
-        column = ti.Vector([contact.basis[(3 * k + i) * block + j] for i in ti.static(range(3))])
-        part += column.dot(vector) * column
-    return part

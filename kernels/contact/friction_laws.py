@@ -19,6 +19,7 @@ from ..pair_places import AREA, FIRST_ENTRY, MASTERS, NODE_ROW, PAIRS, SIDES
 from .constraint_rows import normal_of, number_of, set_number, velocity_of
 from .friction import FIRST, NODE
 from .islands import node_count
+from .massive_tangents import slip_speed_of
 from .obstacle_rows import position
 from .obstacles import VELOCITY, velocity_at
 from .pair_rows import entry, pair_row, row_number, weight
@@ -105,8 +106,7 @@ def speed_now(
             else:
                 x = position(contact.reference, k, body.u, contact.nodes[k])
                 slip = slip - velocity_at(obstacles, obstacles.candidates[r], x, VELOCITY)
-    normal = normal_of(rows, r)
-    return (slip - normal.dot(slip) * normal).norm()
+    return slip_speed_of(contact, k, normal_of(rows, r), slip)
 
 
 @ti.func

@@ -32,17 +32,15 @@ from .friction import (
     FORCE,
     MEAN_SPEED,
     MOBILITY,
-    SLIP_SPEED,
     SPEED,
     WORK,
     add_work,
-    friction_force,
     layer_limit,
     node_place,
-    tangents,
 )
 from .friction_record import begin_kick, record_kick
 from .islands import node_count
+from .massive_tangents import kick_force, massive_tangents, without_massless_components
 
 NODE_ROUNDS = 300  # iterations over the rows of a node with several rows, at most; two walls at a small angle take 100
 NODE_CHANGE = 1e-13  # change of the forces over the pressing forces at which they end
@@ -59,15 +57,6 @@ def velocity_without_friction(body: ti.template(), boundary: ti.template(), k, d
     net = row(boundary.load, k) - row(body.special_force, k)
     net, flexible = damped_response(damped, body, symmetric(boundary.mass, k), velocity, net, flexible)
     return velocity, flexible @ net, flexible
-
-
-@ti.func
-def without_massless_components(contact: ti.template(), k, relative):
-    """Return a velocity [3] without the massless components of node k, whose friction the static solve includes."""
-    for j in ti.static(range(contact.options.block)):
-        column = ti.Vector([contact.basis[(3 * k + i) * contact.options.block + j] for i in ti.static(range(3))])
-        relative = relative - column.dot(relative) * column
-    return relative
 
 
 @ti.func
@@ -175,7 +164,7 @@ def kick_friction_node(
                     for q in ti.static(range(slots)):
                         if q != p:
                             others += ti.Vector([forces[q, j] for j in ti.static(range(3))])
-                    across = tangents(normal_of(rows, r))
+                    across, presses = massive_tangents(contact, k, normal_of(rows, r))
                     wall = velocity_of(rows, r, rows.at.velocity)
                     relative_mobility = flexible
                     if ti.static(contact.options.free):
@@ -196,9 +185,7 @@ def kick_friction_node(
                     mobility = span * (across @ relative_mobility @ across.transpose())
                     if mobility[0, 0] + mobility[1, 1] <= 0.0:
                         limit = 0.0  # no mass: its friction is that of the static solve
-                    force = across.transpose() @ friction_force(
-                        contact.options.friction, mobility, slip, limit, contact.friction[SLIP_SPEED]
-                    )
+                    force = kick_force(contact, rows, k, r, across, presses, mobility, slip, limit)
                     if ti.static(contact.options.free):
                         before_this = ti.Vector([forces[p, j] for j in ti.static(range(3))])
                         moved += (force - before_this).norm()
@@ -226,8 +213,8 @@ def kick_friction_node(
             work_after += late
             if ti.static(contact.options.recorded and not contact.options.static_friction):
                 if number_of(rows, k * slots + p, rows.at.pressing) > 0.0:
-                    path = body.params[DRIFT] * (tangents(normal_of(rows, k * slots + p)) @ last).norm()
-                    slip_path = ti.max(slip_path, path)
+                    across = massive_tangents(contact, k, normal_of(rows, k * slots + p))[0]
+                    slip_path = ti.max(slip_path, body.params[DRIFT] * (across @ last).norm())
             if ti.static(contact.options.layered and not contact.options.static_friction):
                 work, largest = node_place(k, WORK), node_place(k, FORCE)
                 contact.friction[work] = contact.friction[work] + early + late
@@ -260,7 +247,7 @@ def layer_slip_node(
         pressing = number_of(rows, k * slots + p, rows.at.pressing)
         if pressing > largest:
             largest = pressing
-            across = tangents(normal_of(rows, r))
+            across = massive_tangents(contact, k, normal_of(rows, r))[0]
             velocity, acceleration, flexible = velocity_without_friction(body, boundary, k, damped)
             wall = velocity_of(rows, r, rows.at.velocity)
             slip = across @ (velocity + span * acceleration - wall)

@@ -32,10 +32,8 @@ from .friction import (
     FORCE,
     MEAN_SPEED,
     MOBILITY,
-    SLIP_SPEED,
     SPEED,
     WORK,
-    friction_force,
     layer_limit,
     node_place,
     tangents,
@@ -43,6 +41,7 @@ from .friction import (
 from .friction_record import begin_kick, record_kick
 from .islands import node_count
 from .kick_friction import velocity_without_friction
+from .massive_tangents import kick_force, massive_tangents
 from .pair_rows import entry, pair_row, press_masters, weight
 
 SWEEPS = 100  # over all rows, at most
@@ -186,10 +185,10 @@ def slip_of_row(
     k, p = number // slots, number % slots
     r = partner(coupling, rows, k, p)
     span = body.params[KICK_BEFORE] + body.params[KICK_AFTER]
-    across = tangents(normal_of(rows, number))
+    across = massive_tangents(contact, k, normal_of(rows, number))[0]
     flexible = row_mobility(body, boundary, coupling, damped, k, r)
     mobility = span * (across @ flexible @ across.transpose())
-    own = across @ vector_of(rows, number, rows.at.kick_friction)
+    own = tangents(normal_of(rows, number)) @ vector_of(rows, number, rows.at.kick_friction)
     last = relative_velocity(body, boundary, coupling, rows, k, p, r, True)
     return across @ last - mobility @ own, mobility
 
@@ -217,7 +216,8 @@ def layer_slip_of_pairs(
                 first = relative_velocity(body, boundary, coupling, rows, k, p, r, False)
                 speed, along, mean = slip.norm(), 0.0, 0.0
                 if speed > 0.0:
-                    mean = 0.5 * slip.dot(slip + tangents(normal_of(rows, number)) @ first) / speed
+                    across = massive_tangents(contact, k, normal_of(rows, number))[0]
+                    mean = 0.5 * slip.dot(slip + across @ first) / speed
                     along = slip.dot(mobility @ slip) / (speed * speed)
         contact.friction[node_place(k, SPEED)] = speed
         contact.friction[node_place(k, MOBILITY)] = along
@@ -264,11 +264,9 @@ def settle_pair_friction(
                 if limit > 0.0:
                     k, p = number // slots, number % slots
                     old = vector_of(rows, number, rows.at.kick_friction)
-                    across = tangents(normal_of(rows, number))
+                    across, presses = massive_tangents(contact, k, normal_of(rows, number))
                     slip, mobility = slip_of_row(body, boundary, contact, rows, coupling, damped, number)
-                    force = across.transpose() @ friction_force(
-                        contact.options.friction, mobility, slip, limit, contact.friction[SLIP_SPEED]
-                    )
+                    force = kick_force(contact, rows, k, number, across, presses, mobility, slip, limit)
                     change = ti.max(change, (force - old).norm())
                     set_vector(rows, number, rows.at.kick_friction, force)
                     apply_impulse(
@@ -291,7 +289,8 @@ def settle_pair_friction(
             late = late - counted(contact, k) * (0.5 * after * force.dot(middle + last))
             if ti.static(contact.options.recorded):
                 add, rest = 0.0 - 0.5 * before * force.dot(first + middle), 0.0 - 0.5 * after * force.dot(middle + last)
-                slip = body.params[DRIFT] * (tangents(normal_of(rows, number)) @ last).norm()
+                across = massive_tangents(contact, k, normal_of(rows, number))[0]
+                slip = body.params[DRIFT] * (across @ last).norm()
                 record_kick(contact, k, add, rest, slip)
             if ti.static(contact.options.layered and not contact.options.static_friction):
                 work, size = node_place(k, WORK), node_place(k, FORCE)

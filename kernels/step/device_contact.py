@@ -43,7 +43,7 @@ from ..nodes.rigid_body import move_bodies
 from ..nodes.shared_loads import apply_shared_loads
 from ..nodes.springs import measure_springs, spring_forces
 from ..static.control import MEASURE, NEXT, any_island
-from ..static.massless_contact import massless_load, receive_shares
+from ..static.massless_contact import massless_load
 from ..static.sliding import sliding_work
 from ..static.solve import make_resolve
 from .device_blocks import make_boundary_launches, make_solve_launches
@@ -135,8 +135,6 @@ def friction_load(
         else:
             kick_friction(body, boundary, contact, rows, obstacles, rigid, damped)
         apply_kick_friction(body, contact, rows)
-        if ti.static(contact.options.free and contact.options.model == "massless"):
-            receive_shares(body, boundary, contact)
         if ti.static(contact.options.coupled):
             apply_to_masters(contact.coupling, boundary, body, contact, rows, rows.at.kick_friction)
 
