@@ -67,12 +67,13 @@ class History:
         work = np.abs(self._external_work(rows)) + self._column("applied_kick", rows)
         work += self._column("gravity_kick", rows)
         self.largest_work = float(np.fmax(self.largest_work, work.max()))
-        self._measure(rows)
+        if self.every > 1:
+            self._measure(rows)
         self._store(rows[(self.steps + np.arange(count)) % self.every == 0])
         self.steps += count
 
     def _measure(self, rows: np.ndarray) -> None:
-        """Let complete rows count for the largest values."""
+        """Let complete rows count for the largest values; `peaks` does so with those that are kept."""
         self._peaks.add(self._energy(rows), lambda name: self._column(name, rows))
 
     def _energy(self, rows: np.ndarray) -> np.ndarray:
@@ -133,6 +134,7 @@ class History:
         """Drop every second row, now and later, if there are too many; return whether it did."""
         if self.count <= self.most:
             return False
+        self._measure(self._rows[: self.count])
         kept = self._rows[: self.count : 2]
         self._rows[: len(kept)] = kept.copy()
         self.count, self.every = len(kept), 2 * self.every
@@ -181,13 +183,13 @@ class History:
         self.count = len(self._rows)
         self.reference_energy, self.largest_work = map(float, saved["sums"])
         self._last, self._origin = saved.get("last"), saved.get("origin")
-        if "peaks" in saved:
+        if "peaks" in saved:  # those of earlier versions have none
             self._peaks.restore(saved["peaks"])
-        elif self.count:  # a checkpoint of an earlier version has the rows that were kept
-            self._measure(self._rows)
 
     def peaks(self) -> dict[str, float]:
         """Return `Result.peaks`."""
+        if self.count:
+            self._measure(self._rows[: self.count])
         return self._peaks.columns(self.reference_energy)
 
     def columns(self) -> dict[str, np.ndarray]:

@@ -1,4 +1,4 @@
-"""The largest values of all steps of a run, which also count the steps whose rows the history does not keep."""
+"""The largest values of all steps of a run: of the rows that the history keeps, and of those that it drops."""
 
 from __future__ import annotations
 
