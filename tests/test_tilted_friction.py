@@ -5,6 +5,7 @@ import pytest
 from scenes import simulate
 
 import tcontact as tc
+from tcontact.planning.removal import choose_removal
 from tcontact.results import checks
 from tcontact.results.files.vtkhdf import ResultData
 
@@ -128,3 +129,20 @@ def test_the_slip_of_frames_is_the_way_of_the_nodes_in_the_plane(tmp_path):
     way = np.linalg.norm(in_plane(np.diff([frame["displacement"] for frame in frames], axis=0)), axis=-1)
     assert (slip <= 1.005 * way).all()
     assert (slip > 0.995 * way).sum() >= 50
+
+
+@pytest.mark.parametrize(("axis", "removal"), [("x", "full"), ("y", "normal")])
+def test_bodies_that_rub_where_one_is_held_aslant_lose_their_whole_mass_by_default(axis, removal):
+    """Normal removal would leave the held master no mass along what is free of the normal, and lose that friction."""
+    low = tc.box_mesh((0.12, 0.08, 0.03), (6, 4, 2), origin=(-0.06, -0.04, -0.03))
+    up = tc.box_mesh((0.06, 0.04, 0.03), (4, 3, 2), origin=(-0.03, -0.02, 0.0002))
+    low, up = (mesh.rotated(((0, 1, 0), np.radians(10.0))) for mesh in (low, up))
+    bodies = [
+        tc.Body(up, tc.NeoHookean(5e6, 0.3, 1000.0), (5.0, 1.0, -3.0), contact="zmin", name="up"),
+        tc.Body(low, RUBBER, contact="zmax", supports=[tc.Support("zmax", axis)], name="low"),
+    ]
+    scene = tc.Scene(bodies, duration=1.2e-3, friction=tc.Coulomb(0.3), contact=tc.MasslessContact(tolerance=1e-9))
+    assert {choose_removal(scene, number) for number in (0, 1)} == {removal}
+    result = simulate(scene)
+    assert result.pair_force["up-low"][:, 2].max() > 0.0
+    assert checks.momentum_balance(result, 1e-12).passed

@@ -54,7 +54,8 @@ def choose_removal(scene: Scene, index: int) -> str:
     if scene.contact.removal != "auto":
         return scene.contact.removal
     if paired(scene, index):
-        return "full" if common_normal(scene, index) is None else "normal"
+        direction = common_normal(scene, index)
+        return "full" if direction is None or _rubs_held_aslant(scene, index, direction) else "normal"
     body = scene.bodies[index]
     if fast_metal(scene, [index]):
         return "normal"
@@ -117,6 +118,17 @@ def common_normal(scene: Scene, index: int) -> np.ndarray | None:
         direction = np.array(obstacle.frame[2])
     aligned = all((np.abs(part @ direction) > limit).all() for part in normals)
     return direction if aligned and all(_turn(scene, body) <= SPINS for body in bodies) else None
+
+
+def _rubs_held_aslant(scene: Scene, index: int, direction: np.ndarray) -> bool:
+    """Return whether there is friction, and contact nodes are held along an axis neither along nor across a direction.
+
+    The removed direction of such a node is not that of its contact: what friction would give to it finds no mass.
+    """
+    aslant = (np.abs(direction) > FLAT) & (np.abs(direction) < PARALLEL)
+    bodies = [scene.bodies[number] for number in connected(scene, index)]
+    held = any((~np.isnan(body.prescribed[body.contact_nodes]) & aslant).any() for body in bodies)
+    return held and scene.largest_friction > 0.0
 
 
 def connected(scene: Scene, index: int) -> list[int]:
