@@ -124,11 +124,13 @@ def _rubs_held_aslant(scene: Scene, index: int, direction: np.ndarray) -> bool:
     """Return whether there is friction, and contact nodes are held along an axis neither along nor across a direction.
 
     The removed direction of such a node is not that of its contact: what friction would give to it finds no mass.
+    Metals in a fast impact are left out, since they cannot lose all of it.
     """
     aslant = (np.abs(direction) > FLAT) & (np.abs(direction) < PARALLEL)
-    bodies = [scene.bodies[number] for number in connected(scene, index)]
+    numbers = connected(scene, index)
+    bodies = [scene.bodies[number] for number in numbers]
     held = any((~np.isnan(body.prescribed[body.contact_nodes]) & aslant).any() for body in bodies)
-    return held and scene.largest_friction > 0.0
+    return held and scene.largest_friction > 0.0 and not fast_metal(scene, numbers)
 
 
 def connected(scene: Scene, index: int) -> list[int]:
