@@ -102,7 +102,7 @@ def test_a_pressure_takes_little_of_the_step_in_the_usual_range():
 
 
 def test_slow_crushing_is_told_as_such():
-    """A driven support pushes the top through the bottom: no viscosity is advised, but a smaller cfl."""
+    """A driven support pushes the top through the bottom: no viscosity is advised, but a lower cfl."""
     mesh = tc.box_mesh((0.1, 0.1, 0.1), (3, 3, 3))
     law = tc.NeoHookean(young=YOUNG, poisson=0.3, density=1000.0)
     driven = tc.Support("zmax", "xyz", displacement=lambda t: (0.0, 0.0, -0.11 * t))

@@ -108,7 +108,7 @@ class Guards:
         if not self.scheme.implicit and not self.is_fast(history):
             step = "a smaller dt"
             if self.scheme.dt is None:
-                step = f"a smaller cfl, such as {0.5 * (self.scheme.cfl or DEFAULT_CFL):.3g}"
+                step = f"a lower cfl, such as {0.5 * (self.scheme.cfl or DEFAULT_CFL):.3g}"
             what = "loads, supports or contact press the cell through itself"
             return (
                 f"nothing is fast, so that this is no shock: {what}; use {step}, refine the mesh there, or press less"
