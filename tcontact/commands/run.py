@@ -175,7 +175,8 @@ def _finished(
         curves.draw(out, result, case, curves.normals_of(scene), caption, curves.size_of(scene))
         if arguments.frames:
             from ..results.files.vtkhdf import ResultData
-            from ..show.render.series import command_field, render_frames
+            from ..show.render import render_frames
+            from ..show.render.series import command_field
 
             stored = ResultData.open(out / "result.vtkhdf")
             render_frames(stored, out, field=command_field(stored), title=caption)
