@@ -115,16 +115,17 @@ def test_the_contact_face_is_of_the_frame_with_the_largest_force_of_a_partner(pr
     np.testing.assert_array_equal(found.push, up)
 
 
-@pytest.mark.parametrize("every", [3, 7])
-def test_the_largest_values_count_every_step(every):
-    """Summary and result have the bits of a run that keeps all rows."""
+@pytest.mark.parametrize("kept", [{"history_every": 3}, {"history_every": 7}, {"history_rows": 2}])
+def test_the_largest_values_count_every_step(kept):
+    """Summary and result have the bits of a run that keeps all rows, also where rows are dropped as the run goes on."""
 
     def scene():
         mesh = tc.box_mesh((0.1, 0.1, 0.1), (3, 3, 3))
         body = tc.Body(mesh, material(), (0, 0, -2.7778), contact="zmin")
         return tc.Scene([body], [tc.Plane((0, 0, -1e-3))], duration=2e-3)
 
-    full, thin = (tc.simulate(scene(), history_every=n) for n in (1, every))
+    full, thin = (tc.simulate(scene(), **options) for options in ({}, kept))
+    assert len(thin.history["time"]) < len(full.history["time"])
     size = np.linalg.norm(full.history["contact_force"], axis=1)
     assert thin.peaks == full.peaks
     assert full.peaks == {"energy_error": full.history["energy_error"].max(), "contact_force": size.max()}

@@ -59,7 +59,7 @@ def test_the_bound_is_above_the_stiffness_of_the_pressures_and_not_far(kind, sid
 
 
 def test_the_largest_pressure_of_the_run_counts():
-    """Of a number, of functions of time of either sign and of place, and of one that fails on the way."""
+    """A number, functions of time of either sign and of place, and one that fails on the way give the same bound."""
 
     def failing(time):
         if time > 0.4:

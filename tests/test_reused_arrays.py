@@ -34,7 +34,7 @@ class Reused:
 
 
 class ReusedComplex(Reused):
-    """The same with complex values."""
+    """A function that writes complex values into an array of its own and returns that array."""
 
     kind = complex
 

@@ -1,5 +1,7 @@
 """Friction of the kick keeps momentum, energy and Coulomb's cone where normals leave the removed direction."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes import simulate
@@ -66,6 +68,7 @@ SCENES = {  # with the bound of the energy error, which runs with full removal o
     "penalty": (lambda: over(tc.Sphere(LOW, 0.05), contact=tc.MasslessContact("normal", penalty=1e11)), 3e-3),
     "falling law": (lambda: over(tc.Sphere(LOW, 0.05), friction=tc.Coulomb(static=0.5, kinetic=0.2, decay=1.0)), 3e-3),
     "regularised": (lambda: over(tc.Sphere(LOW, 0.05), friction=tc.RegularizedCoulomb(0.4, 0.1)), 3e-3),
+    "friction layers": (lambda: replace(metal("zmin"), friction=tc.FrictionLayer()), 3e-3),
     "two obstacles": (lambda: over(tc.Sphere(LOW, 0.05), tc.Cylinder((-0.06, 0, -0.05), (0, 1, 0), 0.05)), 1e-2),
     "pair of bodies": (stacked, 2e-2),
 }

@@ -149,45 +149,33 @@ def finish(
     has ended go when the pictures are there: until then `tcontact resume` draws them, and no other run is let in.
     """
     with on_first_rank(lambda: made_and_locked(out)):
-        return _finished(go(), title, case, parameters, out, arguments, origin)
+        result = go()
+        if not ranks.is_first_rank():
+            return True, result
+        checks = case.checks(result)
+        data = report.summary(result, case=title, parameters=parameters, checks=checks) | {"origin": origin}
+        if ranks.launched()[0] > 1:
+            data["ranks"] = ranks.launched()[0]
+        with kept_all_the_same(out, lambda: remedy_of_run(out, origin, bool(arguments.frames))):
+            report.write_json(out / "summary.json", data | same_scene.kept(result.scene, result.scheme))
+            caption = curves.caption_of(title, arguments.set)
+            scene = result.scene
+            curves.draw(out, result, case, curves.normals_of(scene), caption, curves.size_of(scene))
+            if arguments.frames:
+                from ..results.files.vtkhdf import ResultData
+                from ..show.render import render_frames
+                from ..show.render.series import command_field
 
-
-def _finished(
-    result: Result,
-    title: str,
-    case: Any,
-    parameters: dict[str, Any],
-    out: Path,
-    arguments: argparse.Namespace,
-    origin: dict[str, Any],
-) -> tuple[bool, Result]:
-    """Write all about a run that has ended, see `finish`."""
-    if not ranks.is_first_rank():
-        return True, result
-    checks = case.checks(result)
-    data = report.summary(result, case=title, parameters=parameters, checks=checks) | {"origin": origin}
-    if ranks.launched()[0] > 1:
-        data["ranks"] = ranks.launched()[0]
-    with kept_all_the_same(out, lambda: remedy_of_run(out, origin, bool(arguments.frames))):
-        report.write_json(out / "summary.json", data | same_scene.kept(result.scene, result.scheme))
-        caption = curves.caption_of(title, arguments.set)
-        scene = result.scene
-        curves.draw(out, result, case, curves.normals_of(scene), caption, curves.size_of(scene))
-        if arguments.frames:
-            from ..results.files.vtkhdf import ResultData
-            from ..show.render import render_frames
-            from ..show.render.series import command_field
-
-            stored = ResultData.open(out / "result.vtkhdf")
-            render_frames(stored, out, field=command_field(stored), title=caption)
-    if result.reason != "interrupted":
-        store.remove(out)
-    if not arguments.quiet:
-        show(report.lines(data))
-        print(f"  files in {out}")
-    elif not data["passed"]:
-        show([line for line in report.lines(data) if "FAIL" in line or not result.ok])
-    return data["passed"], result
+                stored = ResultData.open(out / "result.vtkhdf")
+                render_frames(stored, out, field=command_field(stored), title=caption)
+        if result.reason != "interrupted":
+            store.remove(out)
+        if not arguments.quiet:
+            show(report.lines(data))
+            print(f"  files in {out}")
+        elif not data["passed"]:
+            show([line for line in report.lines(data) if "FAIL" in line or not result.ok])
+        return data["passed"], result
 
 
 def _size(scene: Any, arguments: argparse.Namespace) -> str:
