@@ -85,14 +85,23 @@ def test_energy_that_is_not_kept_is_named_with_what_helps():
         assert not none
 
 
+def test_energy_that_is_not_kept_between_the_rows_of_the_history_is_named():
+    """The largest error lies between two kept rows, whose own errors are below the bound."""
+    whole, _ = warned(halves(0.5))
+    result, kinds = warned(halves(0.5), history_every=10)
+    assert result.history["energy_error"].max() < 0.05
+    assert kinds == [tc.EnergyWarning]
+    assert result.warnings == whole.warnings
+
+
 def test_bodies_that_touch_are_told_of_the_slave_and_of_finer_faces():
     """A smaller step does not help where an edge of the master presses into the slave; a body alone has no slave."""
     from pair_scenes import oblique_cubes
 
-    history = {"energy_error": np.array([0.0, 0.26]), "energy": np.array([1.0, 1.26]), "time": np.array([0.0, 1e-3])}
+    worst = 0.26, 1e-3
     scene = oblique_cubes(3, 3, "tet4", tc.LinearElastic, 1.0, duration=1e-9)
     for scheme, smaller in ((tc.CentralDifference(), "cfl, for example 0.45"), (tc.CentralDifference(dt=1e-6), "dt")):
-        pair, alone = (energy_warning(one, scheme, history, 1e-6, 0.0) for one in (scene, halves(0.5)))
+        pair, alone = (energy_warning(one, scheme, 1e-6, 0.0, worst) for one in (scene, halves(0.5)))
         assert f"use a smaller {smaller}" in pair
         assert "or name the body with the sharper edge as slave (Pair(slave=)), or refine the contact faces" in pair
         assert "slave" not in alone

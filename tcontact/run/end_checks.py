@@ -22,14 +22,19 @@ LONGEST_FLOW = 0.1  # plastic strain of a step up to which the return to the yie
 
 
 def end_warnings(
-    scene: Scene, scheme: Scheme, history: dict[str, np.ndarray], dt: float, rounding: float
+    scene: Scene,
+    scheme: Scheme,
+    history: dict[str, np.ndarray],
+    dt: float,
+    rounding: float,
+    worst: tuple[float, float],
 ) -> list[tuple[str, type[Warning]]]:
     """Return the warnings about a finished run: text and class.
 
-    history: as in `Result`; dt [s]: first step; rounding [J]: changes of the energy up to this are not an error.
+    history: as in `Result`; dt [s]: first step; worst: as for `energy_warning`, up to `rounding` it is no error.
     """
     found = [
-        (energy_warning(scene, scheme, history, dt, rounding), EnergyWarning),
+        (energy_warning(scene, scheme, dt, rounding, worst), EnergyWarning),
         (flow_warning(history, dt), PlasticStepWarning),
         (layer_warning(scene, history), LayerWarning),
         (residual_warning(scene, history), RuntimeWarning),
@@ -71,22 +76,17 @@ def flow_warning(history: dict[str, np.ndarray], dt: float) -> str | None:
     )
 
 
-def energy_warning(
-    scene: Scene, scheme: Scheme, history: dict[str, np.ndarray], dt: float, rounding: float
-) -> str | None:
-    """Return a warning about the energy error of the run and what reduces it; None up to 5 %.
+def energy_warning(scene: Scene, scheme: Scheme, dt: float, rounding: float, worst: tuple[float, float]) -> str | None:
+    """Return a warning about the energy error of the run and what reduces it; None up to 5 %, or up to `rounding`.
 
-    As in the history, the error is the largest change of the energy over the largest kinetic and elastic energy.
+    As in the history, the error is the largest change of the energy over the largest kinetic and elastic energy. worst:
+    that of all steps, kept in the history or not, with the sign of the change, and its time [s].
     """
-    error = history["energy_error"]
-    if not len(error) or not np.nanmax(error) > LARGE:
-        return None
-    row = int(np.nanargmax(error))
-    change = history["energy"][row] - history["energy"][0]
-    if abs(change) <= rounding:
+    change, when = worst
+    if not abs(change) > max(LARGE, rounding):
         return None
     what = "above" if change > 0.0 else "below"
-    text = f"the energy error reached {error[row]:.2g} at t = {history['time'][row]:.6g} s, where the energy was {what}"
+    text = f"the energy error reached {abs(change):.2g} at t = {when:.6g} s, where the energy was {what}"
     return f"{text} that of the start; {'; '.join(_remedies(scene, scheme, dt, change))}"
 
 

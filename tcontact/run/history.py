@@ -192,6 +192,11 @@ class History:
             self._measure(self._rows[: self.count])
         return self._peaks.columns(self.reference_energy)
 
+    def worst(self) -> tuple[float, float]:
+        """Return the largest energy error of all steps, with the sign of the change, and its time [s]."""
+        error = self.peaks()["energy_error"]
+        return float(np.copysign(error, self._peaks.change)), self._peaks.when
+
     def columns(self) -> dict[str, np.ndarray]:
         """Return the public history: name -> array [rows] or [rows, 3]."""
         rows = self._rows[: self.count]

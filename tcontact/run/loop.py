@@ -396,7 +396,8 @@ class Run:
         cells = sum(body.mesh.cell_count for body in self.scene.bodies)
         history = self.history.columns()
         if stop is None:
-            for text, kind in end_warnings(self.scene, self.scheme, history, dt, self.guards.floor):
+            floor = self.guards.floor / (self.history.reference_energy or 1.0)
+            for text, kind in end_warnings(self.scene, self.scheme, history, dt, floor, self.history.worst()):
                 self.warn(text, kind)
         memory: dict[str, int] = {}
         for domain in self.domains:

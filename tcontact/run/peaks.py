@@ -19,24 +19,30 @@ class Peaks:
     def __init__(self, layout: Layout) -> None:
         self.names = [name for name in layout.place if name == "contact_force" or name.startswith((OBSTACLE, PAIR))]
         self._start: float | None = None
-        self._largest = np.zeros(1 + len(self.names))
+        self.change = self.when = 0.0  # of the largest change of the energy: signed [J], and its time [s]
+        self._largest = np.zeros(len(self.names))
 
     def add(self, energy: np.ndarray, column: Callable[[str], np.ndarray]) -> None:
-        """Add the energies [m] of the next steps; column: returns a column [m, 3] of these steps by its name."""
+        """Add the energies [m] of the next steps; column: returns a column [m] or [m, 3] of these steps by its name."""
         self._start = float(energy[0]) if self._start is None else self._start
         with np.errstate(invalid="ignore", over="ignore"):  # a run that blows up
             sizes = [np.linalg.norm(column(name), axis=1).max() for name in self.names]
-            self._largest = np.maximum(self._largest, [np.abs(energy - self._start).max(), *sizes])
+            self._largest = np.maximum(self._largest, sizes)
+            changes = energy - self._start
+            row = int(np.abs(changes).argmax())  # the first that is no number, if there is one
+            if not abs(changes[row]) <= abs(self.change) and not np.isnan(self.change):
+                self.change, self.when = float(changes[row]), float(column("time")[row])
 
     def columns(self, scale: float) -> dict[str, float]:
         """Return the largest energy error and the largest forces [N] by their columns; scale [J]: of the error."""
-        change, *forces = self._largest.tolist()
-        return {"energy_error": change / scale if scale > 0.0 else change} | dict(zip(self.names, forces, strict=True))
+        error = abs(self.change) / scale if scale > 0.0 else abs(self.change)
+        return {"energy_error": error} | dict(zip(self.names, self._largest.tolist(), strict=True))
 
     def checkpoint(self) -> np.ndarray:
         """Return the energy of the first row and the largest values so far."""
-        return np.array([np.nan if self._start is None else self._start, *self._largest])
+        return np.array([np.nan if self._start is None else self._start, self.change, self.when, *self._largest])
 
     def restore(self, saved: np.ndarray) -> None:
         """Set the state that `checkpoint` returned."""
-        self._start, self._largest = (None if np.isnan(saved[0]) else float(saved[0])), np.array(saved[1:])
+        start, self.change, self.when = saved[:3].tolist()
+        self._start, self._largest = None if np.isnan(start) else start, np.array(saved[3:])
