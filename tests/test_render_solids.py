@@ -190,6 +190,38 @@ def test_names_stand_on_the_obstacles_beside_the_bodies(tmp_path):
     assert len(rows) < 2500  # two names and nothing else
 
 
+def test_a_name_is_written_as_a_whole_or_not_at_all(tmp_path):
+    """A body that moves before the name of its obstacle hides all of it; one beside it, and its shadow, nothing.
+
+    Once the name ended where the rectangle began in which the body and its shadow are drawn.
+    """
+    data = named_scene(tmp_path / "one.vtkhdf", [tc.Plane(name="a long road")])
+    studio = Studio(data, (480, 360), 1.0, None)
+    eye, frame = studio.camera("above"), data.frame(0)
+    start = written(studio, frame, eye)
+    way = start.reshape(2, 2).mean(axis=1) - eye.project(np.full((1, 3), 0.5))[0, :2]  # from the cube to the name
+    right, up = way * (1, -1) * eye.distance / eye.focal
+    seen = []
+    for share in np.linspace(0.0, 1.0, 13):
+        frame.point_data["displacement"][:] = share * (right * eye.axes[0] + up * eye.axes[1])
+        seen.append(written(studio, frame, eye))
+    whole = [extent is not None and np.abs(extent - start).max() <= 2 for extent in seen]
+    assert [extent is not None for extent in seen] == whole
+    assert whole[0]
+    assert not whole[-1]
+    assert 2 <= sum(whole) <= 11
+
+
+def written(studio, frame, eye):
+    """First and last column, first and last row of what the names of obstacles change in a picture; None: nothing."""
+    with_names, without = (
+        np.asarray(studio.picture(frame, "von_mises", (0.0, 1.0), one)).astype(int)
+        for one in (eye, dataclasses.replace(eye, signs=None, fixed=dataclasses.replace(eye.fixed)))
+    )
+    rows, columns = np.nonzero((with_names != without).any(axis=2))
+    return np.array([columns.min(), columns.max(), rows.min(), rows.max()]) if len(rows) else None
+
+
 def test_one_obstacle_without_a_name_has_none(tmp_path):
     for number, (obstacles, names) in enumerate(
         (([tc.Plane()], None), ([tc.Plane(name="floor")], ("floor",)), ([], None))

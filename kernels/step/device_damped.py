@@ -2,8 +2,10 @@
 
 Momenta p and displacements x = M^-1 p, with the mass tensors of the boundary nodes in M; r a rate [1/s]:
 
-    q = K x_k + r C x_k - beta_(k-1) p_(k-1),  alpha_k = x_k.q,  q <- q - alpha_k p_k,  y = M^-1 q,  beta_k^2 = q.y,
-    p_(k+1) = q/beta_k,  x_(k+1) = y/beta_k
+    q = K x_k + r C x_k - beta_(k-1) p_(k-1),  alpha_k = x_k.q,  q <- P (q - alpha_k p_k),  y = M^-1 q,
+    beta_k^2 = q.y,  p_(k+1) = q/beta_k,  x_(k+1) = y/beta_k
+
+P takes off the massless and supported components of the boundary nodes, on which M^-1 is 0.
 
 K x = (f(u + s x) - f(u))/s, as accelerations by the ordinary masses; C x: viscous forces of a step s x that ends at u,
 over s, at the boundary nodes. The momenta are kept in 32 bits. Sums over the threads are made by a fixed tree.
@@ -88,10 +90,10 @@ def make_damped_lanczos(threads: int):
 
     @ti.kernel
     def reduce(
-        q: ARRAY, p: ARRAY, x: ARRAY, mass: ARRAY, inverse_mass: ARRAY, node_info: INDEX, alpha: ti.f64, first: ti.i32,
-        end: ti.i32, partial: ARRAY,
+        q: ARRAY, p: ARRAY, x: ARRAY, mass: ARRAY, inverse_mass: ARRAY, moving: ARRAY, node_info: INDEX, alpha: ti.f64,
+        first: ti.i32, end: ti.i32, partial: ARRAY,
     ):  # fmt: skip
-        """Take alpha p off q and put M^-1 q into x; sum up q.x, and find the largest number of x."""
+        """Take alpha p off q, project it by P and put M^-1 q into x; sum up q.x, and find the largest number of x."""
         ti.loop_config(block_dim=DEVICE_BLOCK)
         for t in range(threads):
             total, most = 0.0, 0.0
@@ -103,12 +105,13 @@ def make_damped_lanczos(threads: int):
                     value[j] = q[3 * node + j]
                     if alpha != 0.0:
                         value[j] -= alpha * p[3 * node + j]
-                    q[3 * node + j] = value[j]
                 if s >= 0:
+                    value = symmetric(moving, s) @ value
                     moved = symmetric(inverse_mass, s) @ value
                 elif mass[node] > 0.0:
                     moved = value / mass[node]
                 for j in ti.static(range(3)):
+                    q[3 * node + j] = value[j]
                     x[3 * node + j] = moved[j]
                     most = ti.max(most, ti.abs(moved[j]))
                 total += value.dot(moved)

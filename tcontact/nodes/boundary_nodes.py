@@ -18,6 +18,15 @@ def flat_tensors(tensors: np.ndarray) -> np.ndarray:
     return np.stack([tensors[:, i, j] for i, j in SYMMETRIC], axis=1)
 
 
+def tensors_of(flat: np.ndarray) -> np.ndarray:
+    """Return symmetric tensors [s, 3, 3] out of their numbers (xx, yy, zz, xy, yz, xz) in any shape."""
+    numbers = flat.reshape(-1, 6)
+    found = np.empty((len(numbers), 3, 3))
+    for place, (i, j) in enumerate(SYMMETRIC):
+        found[:, i, j] = found[:, j, i] = numbers[:, place]
+    return found
+
+
 class BoundaryNodes:
     """The list of boundary nodes; `force` is their internal force of the last pass, less the contact force.
 

@@ -12,6 +12,7 @@ import numpy as np
 from ..base.warning_kinds import EnergyWarning, LayerWarning, PlasticStepWarning
 from ..scene.contact_models import ImpulseContact, PenaltyContact
 from ..scene.friction_models import FrictionLayer
+from ..scene.obstacles import Sdf
 from ..scene.scene import Scene
 from ..schemes import Scheme
 
@@ -99,6 +100,13 @@ def _remedies(scene: Scene, scheme: Any, dt: float, change: float) -> list[str]:
     found = []
     if scene.touching and isinstance(scene.contact, PenaltyContact):
         found.append("a penalty on nodes with mass changes the energy near its stable step: use MasslessContact")
+    grids = [number for number, one in enumerate(scene.obstacles) if isinstance(one, Sdf)]
+    if scene.touching and grids:
+        names = ", ".join(scene.obstacle_label(number) for number in grids)
+        found.append(
+            f"the grid of Sdf {names} interpolates distance and gradient apart, which changes the energy at any step:"
+            " give it more cells, or use Plane, Sphere, Cylinder or Box where the shape is one"
+        )
     if scheme.dt is None:
         found.append(f"use a smaller cfl, for example {0.5 * scheme.step_size(1.0):.2g}")
     else:

@@ -7,6 +7,9 @@ The viscous force takes the rate before the kick; a mode then alternates in sign
 C is the viscosity of the contact cells, M the mass after redistribution. Massless components are at rest in the modes:
 their static solve only makes the body softer (K_JJ - K_JK K_KK^-1 K_KJ <= K_JJ, and so for K + 2/dt C), so the estimate
 is on the safe side.
+
+A momentum on a massless or supported component moves nothing and takes no energy, so it belongs to no mode. The force
+of a product has such components, and the recursion of Lanczos would let them grow: they are taken off every vector.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from ...planning.body_plan import BodyPlan
+from .lanczos_matrix import top_mode
 from .start_vectors import random_vector
 
 Search = Generator[bool, None, Any]  # yields when a displacement [3n] needs its acceleration -M^-1 f
@@ -24,6 +28,7 @@ Product = Callable[[np.ndarray, np.ndarray, np.ndarray], Search]
 ViscousForce = Callable[[np.ndarray, np.ndarray], np.ndarray]
 ROUNDS = 6  # searches at most
 CLOSE = 1e-3  # two steps that differ by this share are the same
+NO_INVERSE = 1e-9  # a component with this share of the largest inverse mass of its node does not move
 
 
 class DampedStep:
@@ -36,6 +41,7 @@ class DampedStep:
         self.plan, self.stiffness, self.viscous_force, self.small = plan, stiffness, viscous_force, small
         total = plan.lumped if plan.images is None else plan.images.total(plan.lumped)
         self.inverse = np.where(total > 0.0, 1.0 / np.where(total > 0.0, total, 1.0), 0.0)
+        self.moving = moving_parts(plan.inverses)
         self.start: np.ndarray | None = None  # momenta [3n] of the mode found last
         self.count = 3 * len(plan.lumped)  # components of the body
 
@@ -59,6 +65,13 @@ class DampedStep:
         x[nodes] = np.einsum("sij,sj->si", self.plan.inverses, rows[nodes])
         return np.asarray(x if images is None else images.follow(x)).reshape(-1)
 
+    def _within(self, p: np.ndarray) -> np.ndarray:
+        """Return the part [3n] of momenta that moves anything: without massless and supported components."""
+        nodes, rows = self.plan.boundary, p.reshape(-1, 3)
+        found = np.where(self.inverse[:, None] > 0.0, rows, 0.0)
+        found[nodes] = np.einsum("sij,sj->si", self.moving, rows[nodes])
+        return found.reshape(-1)
+
     def _products(self, u: np.ndarray, here: np.ndarray, x: np.ndarray) -> Search:
         """Return K x and C x."""
         scale = self.small / self._most(float(np.abs(x).max(initial=0.0)))
@@ -66,13 +79,13 @@ class DampedStep:
         return stiff, self.viscous_force(u, scale * x) / scale
 
     def _mode(self, u: np.ndarray, here: np.ndarray, rate: float, products: int) -> Search:
-        """Search the fastest mode of M^-1 (K + rate C): return the largest eigenvalue and its relative residual.
+        """Search the fastest mode of M^-1 (K + rate C): return 1 + residual/eigenvalue, 0 if no mode has a stiffness.
 
         Lanczos with momenta p and displacements x = M^-1 p, normalised to a kinetic energy p.x/2 = 1/2, needs M^-1
         only.
         """
         start = random_vector(u.size) if self.start is None else self.start
-        p = self._summed(start)
+        p = self._within(self._summed(start))
         x = self._moved(p)
         length = np.sqrt(self._sum(dot(p, x)))
         p, x, before, beta = p / length, x / length, np.zeros_like(p), 0.0
@@ -82,23 +95,23 @@ class DampedStep:
             stiff, resisting = yield from self._products(u, here, x)
             following = self._summed(stiff + rate * resisting) - beta * before
             alphas.append(self._sum(dot(x, following)))
-            following -= alphas[-1] * p
+            following = self._within(following - alphas[-1] * p)
             moved = self._moved(following)
             beta = float(np.sqrt(max(self._sum(dot(following, moved)), 0.0)))
             betas.append(beta)
             if beta <= 1e-9 * max(abs(alphas[-1]), abs(alphas[0])):
                 break
             before, p, x = p, following / beta, moved / beta
-        values, vectors = np.linalg.eigh(np.diag(alphas) + np.diag(betas[:-1], 1) + np.diag(betas[:-1], -1))
-        top = vectors[:, -1]
+        value, residual, top = top_mode(alphas, betas, self.plan)
         self.start = sum((weight * part for weight, part in zip(top, keep, strict=True)), np.zeros_like(p))
-        return 1.0 + float(betas[-1] * abs(top[-1]) / values[-1])
+        return 1.0 + residual / value if value > 0.0 else 0.0
 
     def search(self, u: np.ndarray, here: np.ndarray, elastic: float, products: int) -> Search:
         """Search the stable step [s] at displacement u [3n]; here: -M^-1 f(u); elastic [s]: step to begin with.
 
         The mode x found for a step has the limit dt^2 k + 2 dt c = 4 with k = x.K x, c = x.C x for x.M x = 1, where the
-        next search begins. An error of the mode changes the limit in second order only, so that a few are enough.
+        next search begins. An error of the mode changes the limit in second order only, so that a few are enough. Where
+        no mode has a stiffness, the step stays what it was.
         """
         dt = elastic
         for _ in range(ROUNDS):
@@ -108,10 +121,23 @@ class DampedStep:
             parts = yield from self._products(u, here, x)
             unit = self._sum(dot(x, self.start))
             k, c = (over * self._sum(dot(x, part)) / unit for part in parts)
-            before, dt = dt, 4.0 / (np.sqrt(max(c * c + 4.0 * k, 0.0)) + c)
+            before, dt = dt, limit_of(k, c, dt)
             if abs(dt - before) <= CLOSE * dt:
                 break
         return float(dt)
+
+
+def limit_of(k: float, c: float, dt: float) -> float:
+    """Return the limit [s] of a mode, dt^2 k + 2 dt c = 4; dt [s]: what stands where it has none."""
+    below = np.sqrt(max(c * c + 4.0 * k, 0.0)) + c
+    return float(4.0 / below) if below > 0.0 else dt
+
+
+def moving_parts(inverses: np.ndarray) -> np.ndarray:
+    """Return the projectors [s, 3, 3] on the components that move, from inverse mass tensors [s, 3, 3]."""
+    values, vectors = np.linalg.eigh(inverses)
+    moves = values > NO_INVERSE * np.abs(values).max(axis=1, initial=0.0, keepdims=True)
+    return np.asarray(np.einsum("sia,sa,sja->sij", vectors, moves.astype(np.float64), vectors))
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> float:

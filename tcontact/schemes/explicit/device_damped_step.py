@@ -10,7 +10,9 @@ from ...cells.device_force import DeviceForce
 from ...cells.device_viscosity import DeviceCellViscosity
 from ...device import arrays
 from ...device.launch import Prepared
-from .damped_step import CLOSE, ROUNDS, DampedStep
+from ...nodes.boundary_nodes import flat_tensors, tensors_of
+from .damped_step import CLOSE, ROUNDS, DampedStep, limit_of, moving_parts
+from .lanczos_matrix import top_mode
 from .start_vectors import random_vector
 
 
@@ -57,6 +59,7 @@ class DeviceDampedStep:
         # what these launches take of the steps as it is, alone
         given = viscous.boundary_nodes, viscous.inverse_mass, viscous.corner_rows
         self._nodes, self._inverse_mass, self._corner_rows = map(arrays.alone, given)
+        self._moving = arrays.put(flat_tensors(moving_parts(tensors_of(arrays.get(self._inverse_mass)))))
         self._saved = arrays.zeros(int(np.prod(viscous.cells.data.shape)))
         self._run = {name: Prepared(kernel) for name, kernel in make_damped_lanczos(force.threads).items()}
         self._rate_place, self._largest = RATE, LARGEST
@@ -85,7 +88,7 @@ class DeviceDampedStep:
             unit, largest = self._begin(nodes)
             sums = self._product(body, nodes, u, here, 1.0, largest, 0.0, 0.0, 0)
             k, c = (over * value / unit for value in sums[1:3])
-            before, dt = dt, 4.0 / (np.sqrt(max(c * c + 4.0 * k, 0.0)) + c)
+            before, dt = dt, limit_of(k, c, dt)
             if abs(dt - before) <= CLOSE * dt:
                 break
         arrays.copy(self._saved, data)
@@ -116,11 +119,10 @@ class DeviceDampedStep:
             betas.append(beta)
             if beta <= 1e-9 * max(abs(alphas[-1]), abs(alphas[0])):
                 break
-        values, vectors = np.linalg.eigh(np.diag(alphas) + np.diag(betas[:-1], 1) + np.diag(betas[:-1], -1))
-        top = vectors[:, -1]
+        value, residual, top = top_mode(alphas, betas, body.plan)
         for k, weight in enumerate(top):
             self._run["add_kept"](self._kept[k], float(weight), int(k == 0), *nodes, self.start)
-        return 1.0 + float(betas[-1] * abs(top[-1]) / values[-1])
+        return 1.0 + residual / value if value > 0.0 else 0.0
 
     def _product(
         self,
@@ -147,8 +149,8 @@ class DeviceDampedStep:
         return self._folded()
 
     def _reduce(self, nodes: tuple[int, int], alpha: float) -> tuple[float, float]:
-        """Take alpha p off q and set x; return q.x and the largest number of x."""
-        mass = self.force.mass, self._inverse_mass, self.force.info
+        """Take alpha p and what moves nothing off q and set x; return q.x and the largest number of x."""
+        mass = self.force.mass, self._inverse_mass, self._moving, self.force.info
         self._run["reduce"](self._q, self._p, self._x, *mass, alpha, *nodes, self._partial)
         sums = self._folded()
         return float(sums[0]), float(sums[self._largest])
@@ -160,4 +162,5 @@ class DeviceDampedStep:
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of the search."""
-        return [self.start, self._p, self._q, self._x, self._partial, self._numbers, *self._kept, self._saved]
+        vectors = [self.start, self._p, self._q, self._x, *self._kept]
+        return [*vectors, self._partial, self._numbers, self._moving, self._saved]

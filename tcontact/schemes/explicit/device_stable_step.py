@@ -15,7 +15,7 @@ from ...cells.device_force import DeviceForce
 from ...device import arrays
 from ...device.launch import Prepared
 from .device_damped_step import DeviceDampedStep, ViscousPass
-from .stable_step import DIFFERENCE, PRODUCTS, StableStep, StableSteps, has_next, with_viscosity
+from .stable_step import DIFFERENCE, PRODUCTS, StableStep, StableSteps, has_next, least
 
 if TYPE_CHECKING:
     from .stable_step import ForcePass
@@ -94,7 +94,7 @@ class DeviceStableSteps(StableSteps):
             if self._damped is not None and body.damping is not None:
                 nodes = first // 3, end // 3
                 body.take_damped(self._damped.search(body.damping, nodes, u, here, body.elastic, products))
-        return min(with_viscosity(body.elastic, 0.0, body.damped) for body in self.bodies)
+        return least(self.bodies, 0.0)
 
     def _first_vectors(self, here: arrays.Array, current: arrays.Array) -> None:
         """Put the first vectors into `current`; here: -M^-1 f(u)."""

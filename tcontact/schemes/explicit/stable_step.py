@@ -19,6 +19,7 @@ from ...planning.body_plan import BodyPlan
 from ...planning.pressure_rates import PressureRate
 from ...scene.obstacles import Obstacle
 from .damped_step import DampedStep, Search, ViscousForce
+from .lanczos_matrix import top_mode
 from .long_vectors import Vectors, dot, nodes_of, portions
 from .start_vectors import random_vector
 
@@ -66,7 +67,7 @@ class StableSteps:
                 del left[number]
                 self.bodies[number].trial[:] = parts[number]
         rate = 0.0 if self.bodies[0].plan.viscosity is None else self._rate()
-        return min(with_viscosity(body.elastic, rate, body.damped) for body in self.bodies)
+        return least(self.bodies, rate)
 
     def press(self, parts: Sequence[np.ndarray]) -> None:
         """Let every body take the stiffness of its pressures at its displacement [3n]."""
@@ -219,17 +220,7 @@ class StableStep:
 
         Where no mode has a stiffness, as in a body crushed beyond the limit of its law, the last estimate stays.
         """
-        count = len(alphas)
-        matrix = np.diag(alphas) + np.diag(betas[: count - 1], 1) + np.diag(betas[: count - 1], -1)
-        if not np.isfinite([*alphas, *betas]).all():
-            raise InputError(
-                f"material of {self.plan.label}",
-                self.plan.body.material,
-                "forces overflow; look at the units of stiffness, density, sizes and penalties",
-            )
-        values, vectors = np.linalg.eigh(matrix)
-        top = vectors[:, -1]
-        ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
+        ritz, residual, top = top_mode(alphas, betas, self.plan)
         stiffest = ritz + residual + self.added_rate
         if stiffest > 0.0:
             self.elastic = SAFETY * 2.0 / np.sqrt(stiffest)
@@ -286,6 +277,22 @@ class StableStep:
         if self.added_rate > 0.0:  # 4 dt/damped + dt^2 added_rate = 4
             rate = 1.0 / self.damped
             self.damped = 2.0 / (rate + np.sqrt(rate**2 + self.added_rate))
+
+
+def least(bodies: Sequence[StableStep], rate: float) -> float:
+    """Return the stable step [s] of bodies that have been searched; rate [1/s]: of bulk viscosity.
+
+    Raises `InputError` with the body where a step is not above 0, as time cannot go on with it.
+    """
+    for body in bodies:
+        for step in (body.elastic, body.damped):
+            if not step > 0.0:
+                raise InputError(
+                    f"material of {body.plan.label}",
+                    body.plan.body.material,
+                    f"no stable step is found, {step:.6g} s is none; look at the units of stiffness, density and sizes",
+                )
+    return min(with_viscosity(body.elastic, rate, body.damped) for body in bodies)
 
 
 def has_next(alpha: float, first: float, beta: float) -> bool:

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from .bodies import CELL, place_of
 from .camera import Eye, Signs
-from .colours import BACKGROUND, FAINT_TEXT
 from .planes import Patch, read_planes
 from .solids import Pose, hides, outlined, read_solids, shaded
-from .triangles import Triangles, window
-
-if TYPE_CHECKING:
-    from PIL import Image, ImageFont
+from .triangles import Triangles
 
 
 class Scenery:
@@ -109,40 +104,3 @@ def names_of_obstacles(described: Sequence[Mapping[str, Any]]) -> list[str]:
         str(one.get("name") or (f"obstacle-{number}" if len(described) > 1 else ""))
         for number, one in enumerate(described)
     ]
-
-
-def write_signs(
-    picture: Image.Image, signs: Signs, mask: np.ndarray, unit: float, font: ImageFont.FreeTypeFont
-) -> None:
-    """Write the names of the obstacles on what is seen of each beside the bodies; without a place there is no name.
-
-    mask [height, width]: number of the obstacle at a pixel + 1, 0 where there is none.
-    """
-    from PIL import ImageDraw
-
-    draw, seen, (height, width) = ImageDraw.Draw(picture), mask[::CELL, ::CELL].copy(), mask.shape
-    for strip in (
-        np.s_[: round(74 * unit / CELL)],
-        np.s_[-round(46 * unit / CELL) :],
-        np.s_[:, -round(122 * unit / CELL) :],
-    ):
-        seen[strip] = 0  # the other labels stand there
-    free = seen.copy()
-    rows, columns = window([signs.bodies], [0], width, height)
-    free[rows.start // CELL : -(-rows.stop // CELL), columns.start // CELL : -(-columns.stop // CELL)] = 0
-    for number, name in enumerate(signs.names):
-        if not name:
-            continue
-        wide, high = (font.getlength(name) + 10 * unit) / CELL, 22 * unit / CELL
-        place = place_of(free == number + 1, wide, high) or place_of(seen == number + 1, wide, high)
-        if place is None:
-            continue
-        draw.text(
-            (CELL * place[0], CELL * place[1]),
-            name,
-            FAINT_TEXT,
-            font,
-            anchor="mm",
-            stroke_width=max(1, round(2 * unit)),
-            stroke_fill=BACKGROUND,
-        )

@@ -22,7 +22,8 @@ from .key_frame import key_frame
 from .labels import decorate, font, round_down, round_up, write_figures
 from .png import save_picture
 from .raster import Raster
-from .scenery import Scenery, Signs, write_signs
+from .scenery import Scenery, Signs
+from .signs import Sign, placed_signs, write_signs
 from .surface import Clip, clipped_surface
 from .triangles import Place, Triangles, drawable, fronts, triad, union, window
 
@@ -73,7 +74,7 @@ class Studio:
         self.image = np.zeros(3 * width * height, np.uint8)
         self.nothing = np.zeros(samples, np.float32)  # depth of what hides nothing
         self.floor, self.pixel_behind = np.zeros(samples, np.float32), np.zeros(samples, np.int32)  # of the scenery
-        self._behind: tuple[Triangles, np.ndarray] | None = None
+        self._behind: tuple[Triangles, np.ndarray, list[Sign]] | None = None
         self._signed: tuple[np.ndarray, tuple[Any, ...], np.ndarray, np.ndarray] | None = None
         self._frames: dict[int, Frame] = {}
         self._room = KEPT
@@ -225,7 +226,7 @@ class Studio:
         width, height = self.size
         chosen = colour_map(field, self.wish)
         colours = tables(chosen)
-        scenery = self._scenery(eye, colours)
+        scenery, names = self._scenery(eye, colours)
         darker = self._cast_shadow(self._fallen(x, eye))
         place = window([screen], [0], width, height)
         rows, columns = (slice(SAMPLES * part.start, SAMPLES * part.stop) for part in place)
@@ -235,16 +236,19 @@ class Studio:
         labelled = self._labelled(scenery, eye, signs, place) if still else None
         self.image[:] = scenery if labelled is None else labelled
         self._resolve(place, self.pixel)
-        self.pixel.reshape(SAMPLES * height, SAMPLES * width)[rows, columns] = 0  # for the next picture
+        front = self.pixel.reshape(SAMPLES * height, SAMPLES * width)
+        names = [sign for sign in names if not sign.hidden(front, SAMPLES)]
+        front[rows, columns] = 0  # for the next picture
         pixels = self.image.reshape(height, width, 3).copy()
         named = bool(self.names) and field != "body"
-        if labelled is None or named:
+        if labelled is None or named or names:
             picture = Image.fromarray(pixels)
             if labelled is None:
                 decorate(picture, self, eye, *signs)
+            pen, letters = ImageDraw.Draw(picture), font(round(14 * self.unit))
+            write_signs(pen, names, self.unit, letters)
             if named:
-                seen, letters = self._seen(body, face, eye), font(round(14 * self.unit))
-                write_names(ImageDraw.Draw(picture), self.names, seen, self.unit, letters)
+                write_names(pen, self.names, self._seen(body, face, eye), self.unit, letters)
             pixels = np.array(picture)
         peak = float(np.max(values, initial=-np.inf, where=np.isfinite(values)))
         write_figures(pixels, self, field, limits, frame.time, peak)
@@ -268,8 +272,8 @@ class Studio:
             self._signed = scenery, signs, image.reshape(-1), (image != bare).any(axis=2)
         return None if self._signed[3][place].any() else self._signed[2]
 
-    def _scenery(self, eye: Eye, colours: np.ndarray) -> np.ndarray:
-        """Return the picture of the scenery with its names; it is drawn again only where it has moved.
+    def _scenery(self, eye: Eye, colours: np.ndarray) -> tuple[np.ndarray, list[Sign]]:
+        """Return the picture of the scenery and the names to write on it; it is drawn again only where it has moved.
 
         `floor` and `pixel_behind` have its depth and its samples. Its depth is rounded down, so that a body at the same
         depth is seen. Its colours are those of all fields, as only bodies have the colours of the field.
@@ -283,9 +287,8 @@ class Studio:
             self.image[:] = np.tile(np.array(BACKGROUND, np.uint8), width * height)
             self.shadow[:] = 0
             self._resolve((slice(0, height), slice(0, width)), self.pixel_behind)
-            image = self.image.copy() if eye.signs is None else self._signed_scenery(self.image, eye.signs)
-            self._behind = fixed, image
-        return self._behind[1]
+            self._behind = fixed, self.image.copy(), [] if eye.signs is None else self._names_of(eye.signs)
+        return self._behind[1:]
 
     def _draw(
         self,
@@ -318,15 +321,11 @@ class Studio:
         """Return the number of the body that is seen at a pixel + 1 [height, width], 0 where none is."""
         return self._numbered(body.screen, self.body_of_face[face], eye.fixed)
 
-    def _signed_scenery(self, image: np.ndarray, signs: Signs) -> np.ndarray:
-        """Return the picture of the scenery with the names of its obstacles."""
-        from PIL import Image
-
+    def _names_of(self, signs: Signs) -> list[Sign]:
+        """Return the names of the obstacles and where they are written."""
         number = np.repeat(np.arange(len(signs.places)), [len(place.screen) for place in signs.places])
         mask = self._numbered(np.concatenate([place.screen for place in signs.places]), number)
-        picture = Image.fromarray(image.reshape(self.size[1], self.size[0], 3))
-        write_signs(picture, signs, mask, self.unit, font(round(14 * self.unit)))
-        return np.array(picture).reshape(-1)
+        return placed_signs(signs, mask, self.unit, font(round(14 * self.unit)))
 
     def _numbered(self, screen: np.ndarray, number: np.ndarray, others: Triangles | None = None) -> np.ndarray:
         """Return the number of what is seen at a pixel + 1 [height, width], 0 where others are or nothing is seen.
