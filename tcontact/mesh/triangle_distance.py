@@ -14,7 +14,7 @@ ROUNDING = 1e-12  # of a length
 
 def smallest_distance(first: np.ndarray, second: np.ndarray, reach: float) -> float:
     """Return the distance [m] of triangles first [k, 3, 3] and second [m, 3, 3] [m], 0 if they cut, at most `reach`."""
-    pairs, apart = _candidate_pairs(first, second, reach)
+    pairs, apart = near_boxes(first, second, reach)
     best, order = reach, np.argsort(apart)
     start, count = 0, FIRST
     while start < len(order) and apart[order[start]] < best:  # boxes further apart than the smallest distance
@@ -25,8 +25,11 @@ def smallest_distance(first: np.ndarray, second: np.ndarray, reach: float) -> fl
     return best
 
 
-def _candidate_pairs(first: np.ndarray, second: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return pairs [p, 2] of triangles whose boxes come within reach, each once, and the distances [p] of the boxes."""
+def near_boxes(first: np.ndarray, second: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return pairs [p, 2] of cells or faces [.., corners, 3] whose boxes come within reach, and their distances [p].
+
+    Each pair stands there once, with the distance of its boxes; a reach below 0 asks for boxes that overlap by as much.
+    """
     none = np.zeros((0, 2), dtype=np.int64), np.zeros(0)
     if not len(first) or not len(second):
         return none
@@ -74,7 +77,7 @@ def _distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     corners = np.concatenate([a, b]).transpose(1, 0, 2).reshape(-1, 3)  # all first ones, all second ones, ...
     ends = np.concatenate([a, b])[:, [1, 2, 0]].transpose(1, 0, 2).reshape(-1, 3)
     others = np.tile(np.concatenate([b, a]), (3, 1, 1))
-    apart = np.where(_pierces(corners, ends, others), 0.0, _point_to_triangle(corners, others))
+    apart = np.where(_pierces(corners, ends, others), 0.0, point_to_triangle(corners, others))
     starts = [np.repeat(a, 3, axis=1), np.tile(b, (1, 3, 1))]  # every edge of one with every edge of the other
     stops = [np.repeat(a[:, [1, 2, 0]], 3, axis=1), np.tile(b[:, [1, 2, 0]], (1, 3, 1))]
     edges = (starts[0], stops[0], starts[1], stops[1])
@@ -97,8 +100,11 @@ def _point_to_segment(p: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.n
     return np.asarray(np.linalg.norm(p - start - part[:, None] * along, axis=1))
 
 
-def _point_to_triangle(p: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-    """Return the distance to the plane if the foot lies within the triangle, else to the nearest edge."""
+def point_to_triangle(p: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+    """Return the distance [n] of points [n, 3] to triangles [n, 3, 3], which have an area, one by one.
+
+    That to the plane if the foot lies within the triangle, else to the nearest edge.
+    """
     corner = [triangle[:, i] for i in range(3)]
     normal = _cross(corner[1] - corner[0], corner[2] - corner[0])
     area = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
@@ -145,3 +151,21 @@ def winding_number(point: np.ndarray, triangles: np.ndarray) -> float:
     la, lb, lc = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
     below = la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb
     return float(np.arctan2(_dot(a, np.cross(b, c)), below).sum() / (2.0 * np.pi))
+
+
+def pieces(count: int, triangles: np.ndarray) -> np.ndarray:
+    """Return a node of every connected piece of a surface of so many nodes."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    start, end = triangles.ravel(), np.roll(triangles, 1, axis=1).ravel()
+    _pieces, label = connected_components(coo_matrix((np.ones(len(start)), (start, end)), (count, count)), False)
+    return np.unique(label, return_index=True)[1]
+
+
+def triangles_of(faces: np.ndarray) -> np.ndarray:
+    """Return the triangles [m, 3] of faces [k, 4|3]; one of four corners may repeat its last corner."""
+    if faces.shape[1] == 3:
+        return faces
+    second = faces[faces[:, 3] != faces[:, 2]]
+    return np.concatenate([faces[:, [0, 1, 2]], second[:, [0, 2, 3]]])

@@ -18,6 +18,7 @@ from ..constraint_rows import ConstraintRows
 from .coupling import Coupling, came_in_fast, couple, deepest_point, empty, starts
 from .node_to_surface import couple_nodes
 from .search import apart, close_faces
+from .start_overlap import refuse_overlaps
 from .surfaces import Facing, facings_of, surfaces_of
 
 SLIP = 0.03  # slip since the rows were built, over the size of a slave face, beyond which they are built anew
@@ -299,11 +300,12 @@ class PairContact:
         first = np.array(self._first)[pair] == self._numbers[facing.slave.body]
         return np.asarray(2 * pair + np.where(first, 0, 1))
 
-    def check_start(self, u: np.ndarray) -> None:
-        """Refuse bodies that overlap at the displacement u [n, 3] [m] of the start. Raises `InputError`.
+    def check_start(self, domain: Domain, u: np.ndarray) -> None:
+        """Refuse bodies of its domain that overlap at the displacement u [n, 3] [m] of the start. Raises `InputError`.
 
-        They do where a row has a negative gap and faces overlap: flat faces on curved surfaces may do one of the two.
-        Warns where rows of a coarse slave press though no face does.
+        They do where a row has a negative gap and faces overlap: flat faces on curved surfaces may do one of the two;
+        and where they overlap without a row (start_overlap.py). Warns where rows of a coarse slave press though no face
+        does.
         """
         positions = self._reference + u
         for facing in self.facings:
@@ -329,6 +331,8 @@ class PairContact:
                 if -gap <= facing.sagitta:
                     remedy += ", or give the pair initial_gap='closed', the coarser body being the slave"
                 raise InputError("Scene.bodies", self.labels[facing.slave.body], remedy)
+            least = (LEFT if u.any() else OVERLAP) * facing.slave.size
+            refuse_overlaps(domain, facing, rows, positions, least, allowed)
 
     def _close(self, couplings: list[Coupling], positions: np.ndarray) -> None:
         """Let the gaps of the start that come from flat faces count as closed, for pairs that ask for it."""
@@ -399,4 +403,4 @@ def check_starts(domains: Iterable[Domain], displacement: Sequence[np.ndarray]) 
                 displacement[number][body.node_order]
                 for number, body in zip(domain.numbers, domain.bodies, strict=True)
             ]
-            PairContact(domain).check_start(np.concatenate(parts))
+            PairContact(domain).check_start(domain, np.concatenate(parts))

@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...mesh.triangle_distance import smallest_distance, winding_number
+from ...mesh.triangle_distance import pieces, smallest_distance, triangles_of, winding_number
 from ...scene.body import Body
 from ...scene.pairs import hindrance
 from ...scene.scene import Scene
@@ -47,8 +47,8 @@ class Surface:
         self.nodes = plan.place[nodes]
         self.chosen = state.chosen(self.nodes)
         self.start = state.start_of(self.chosen)
-        self.triangles = _triangles(np.searchsorted(nodes, body.outer_faces))
-        self.closed = _triangles(np.searchsorted(nodes, every))
+        self.triangles = triangles_of(np.searchsorted(nodes, body.outer_faces))
+        self.closed = triangles_of(np.searchsorted(nodes, every))
         corners = self.start[self.closed]
         lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         self.edge, self.mean_edge = float(lengths.min()), float(lengths.mean())
@@ -168,14 +168,6 @@ def _met(first: str, second: str, time: float, at_start: bool, why: str) -> Stop
     return Stop("bodies-meet", f"{text} before, or let them pass through each other with Scene(pairs=None)")
 
 
-def _triangles(faces: np.ndarray) -> np.ndarray:
-    """Return the triangles [m, 3] of faces [k, 4|3]."""
-    if faces.shape[1] == 3:
-        return faces
-    second = faces[faces[:, 3] != faces[:, 2]]
-    return np.concatenate([faces[:, [0, 1, 2]], second[:, [0, 2, 3]]])
-
-
 def _shifts(there: list[np.ndarray], period: np.ndarray, reach: float) -> list[np.ndarray]:
     """Return the whole periods [3] [m] by which the box of the first body comes within reach of the second's."""
     steps = []
@@ -203,18 +195,8 @@ def _nested(first: np.ndarray, own: np.ndarray, second: np.ndarray, other: np.nd
     """Return whether a piece of one body lies within the other: one node of a piece decides where no surfaces cut."""
     for points, triangles, around in ((first, own, second[other]), (second, other, first[own])):
         low, high = around.min(axis=(0, 1)), around.max(axis=(0, 1))
-        for node in _pieces(len(points), triangles):
+        for node in pieces(len(points), triangles):
             inside = (points[node] > low).all() and (points[node] < high).all()
             if inside and winding_number(points[node], around) > 0.5:
                 return True
     return False
-
-
-def _pieces(count: int, triangles: np.ndarray) -> np.ndarray:
-    """Return a node of every connected piece of a surface."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    start, end = triangles.ravel(), np.roll(triangles, 1, axis=1).ravel()
-    _pieces, label = connected_components(coo_matrix((np.ones(len(start)), (start, end)), (count, count)), False)
-    return np.unique(label, return_index=True)[1]
