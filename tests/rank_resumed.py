@@ -14,10 +14,15 @@ from rank_scenes import CONTACT_RANKS, SCENES
 
 import tcontact as tc
 from tcontact.device import ranks
+from tcontact.device.leaves import leaves
+from tcontact.results.files.vtkhdf import ResultData
+from tcontact.run.checkpoint import contents
 from tcontact.schemes.explicit.state import DomainState
 
 STOPS = {"killed": signal.SIGKILL, "signalled": signal.SIGTERM}
 CHECKPOINT = tc.Checkpoint(every_steps=3)
+FIELDS = {"varied": "all"}  # of the others: what frames hold without asking
+RECORDED = ("slip_distance", "friction_work")
 
 
 def stop_in_step_6(mode):
@@ -34,16 +39,34 @@ def stop_in_step_6(mode):
     return original
 
 
+def watch_paths():
+    """Fail a checkpoint that holds a path which the new run did not have: nobody could go on from it."""
+    known, prints, collect = set(), contents.prints, contents.collect
+
+    def of_new(run):
+        known.clear()
+        known.update(leaf.path for leaf in leaves(run))
+        return prints(run)
+
+    def of_present(run, new):
+        late = {leaf.path for leaf in leaves(run)} - known
+        assert not late, f"these attributes appear during a run: {sorted(late)}"
+        return collect(run, new)
+
+    contents.prints, contents.collect = of_new, of_present
+
+
 def main(folder, mode, *names, arch="cpu"):
     """Run, stop or resume the scenes; the first rank saves the values of each."""
     warnings.simplefilter("ignore")
+    watch_paths()
     for name in names:
         scene, own = SCENES[name](), Path(folder) / name
         original = stop_in_step_6(mode) if mode in STOPS else DomainState.advance
         if mode == "resumed":
             result = tc.resume(own, scene, threads=1, arch=arch)
         else:
-            options = {"frames": 5, "threads": 1, "checkpoint": CHECKPOINT, "arch": arch}
+            options = {"frames": 5, "threads": 1, "checkpoint": CHECKPOINT, "arch": arch, "fields": FIELDS.get(name)}
             shared = CONTACT_RANKS.get(name) if arch == "cpu" else None
             result = tc.simulate(scene, out=own, contact_ranks=shared, **options)
         DomainState.advance = original
@@ -51,6 +74,9 @@ def main(folder, mode, *names, arch="cpu"):
             values = {"x": result.position, "v": result.velocity, "force": result.contact_node_force}
             for quantity, one in result.maxima.items():
                 values[f"maximum {quantity}"] = np.array([one.value, one.time, one.cell])
+            if name in FIELDS and mode not in STOPS:
+                last = ResultData.open(own / "result.vtkhdf").frame(-1)
+                values |= {f"recorded {field}": np.sort(last.point_data[field]) for field in RECORDED}
             np.savez(own / f"{mode}.npz", reason=np.array(result.reason), **values, **result.history)
 
 

@@ -209,6 +209,20 @@ def rubbed():
     return tc.Scene(bodies, [tc.Plane()], 8e-4, contact=contact, friction=tc.Coulomb(0.3))
 
 
+def varied():
+    """Ranks share friction whose coefficient falls with the slip speed, and is a table on the second cylinder."""
+    slower = tc.Coulomb(static=0.4, kinetic=0.2, decay=1.0)
+    coefficients = [[0.4, 0.3], [0.3, 0.2], [0.2, 0.1]]
+    table = tc.FrictionTable(speeds=[0.0, 2.0, 5.0], pressures=[1e4, 1e6], coefficients=coefficients)
+    cylinders = [
+        tc.Cylinder((0.02, 0.0, -0.11), (0.0, 1.0, 0.1), 0.1, angular_velocity=(0.0, 40.0, 0.0), friction=slower),
+        tc.Cylinder((0.09, 0.0, -0.1), (0.0, 1.0, 0.0), 0.1, friction=table),
+    ]
+    contact = tc.MasslessContact(removal="full", tolerance=EXACT)
+    body = block("neo", counts=(5, 4, 4), contact="zmin")
+    return tc.Scene([body], cylinders, 1.6e-3, contact=contact, friction=tc.Coulomb(0.25))
+
+
 def loose():
     """Ranks share a contact whose static solve of a nonlinear law stops early, so that it leaves forces unbalanced."""
     contact = tc.MasslessContact(removal="normal", tolerance=1e-2, sweeps=1)
@@ -293,6 +307,7 @@ EVERY = (
     walls,
     springy,
     rubbed,
+    varied,
     loose,
     pressed,
     knocked,
@@ -309,6 +324,7 @@ CONTACT_RANKS = {
     "walls": 2,
     "springy": 3,
     "rubbed": 3,
+    "varied": 2,
     "loose": 2,
     "pressed": 2,
     "knocked": 3,

@@ -1,10 +1,11 @@
 """What ranks are told: `mpiexec -n P python rank_told.py FOLDER`; each rank writes FOLDER/told.RANK, a line a kind.
 
 Warnings that a script turns into errors, those that the first rank finds alone, starts that differ, folders of runs
-that have ended, and damaged checkpoints.
+that have ended, damaged checkpoints and those with values that a run does not have.
 """
 
 import errno
+import shutil
 import sys
 import warnings
 from pathlib import Path
@@ -51,6 +52,14 @@ def damaged(folder):
     path.write_bytes(content)
 
 
+def with_another_value(folder):
+    """Add a value that no run has to both checkpoints of the last rank."""
+    place = store.place_of(folder, MPI.COMM_WORLD.Get_size() - 1)
+    for one in store.read_all(place)[0]:
+        one.path.unlink()
+        store.write(place, one.head, one.values | {"domains.0.unheard": 1.0}, one.found)
+
+
 def full(*_given):
     """Fail as a full disk does."""
     raise OSError(errno.ENOSPC, "No space left on device")
@@ -81,8 +90,11 @@ def main(folder):
     tc.simulate(normal(), out=folder / "stopped", frames=2, checkpoint=CHECKPOINT)
     DomainState.advance = original
     if ranks.is_first_rank():
+        shutil.copytree(folder / "stopped", folder / "other")
+        with_another_value(folder / "other")
         damaged(folder / "stopped")
     MPI.COMM_WORLD.Barrier()
+    told["unheard"] = caught(lambda: tc.resume(folder / "other", normal()))
     with warnings.catch_warnings(record=True) as seen:
         warnings.simplefilter("always")
         told["resumed"] = tc.resume(folder / "stopped", normal()).reason

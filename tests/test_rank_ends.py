@@ -156,17 +156,21 @@ def test_a_rank_waits_until_its_last_lines_are_read_but_not_for_ever():
         assert 0.2 < time.monotonic() - begun < 20.0
 
 
+WHOLE = ("normal", "sensed", "walls", "varied")
+STOPPED = [("killed", "walls"), ("signalled", "normal"), ("killed", "sensed"), ("signalled", "varied")]
+
+
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """Runs on two ranks that never stopped, by scene."""
     folder = tmp_path_factory.mktemp("whole")
-    done = mpiexec(2, "rank_resumed.py", folder, "whole", "normal", "sensed", "walls")
+    done = mpiexec(2, "rank_resumed.py", folder, "whole", *WHOLE)
     assert done.returncode == 0, done.stderr
     assert not list(folder.rglob("checkpoint*"))
-    return {name: np.load(folder / name / "whole.npz") for name in ("normal", "sensed", "walls")}
+    return {name: np.load(folder / name / "whole.npz") for name in WHOLE}
 
 
-@pytest.mark.parametrize(("stop", "name"), [("killed", "walls"), ("signalled", "normal"), ("killed", "sensed")])
+@pytest.mark.parametrize(("stop", "name"), STOPPED)
 def test_a_run_on_two_ranks_goes_on_with_the_bits_of_one_that_never_stopped(whole, tmp_path, stop, name):
     first = mpiexec(2, "rank_resumed.py", tmp_path, stop, name)
     assert (first.returncode == 0) == (stop == "signalled")
@@ -224,3 +228,9 @@ def test_a_damaged_checkpoint_of_a_rank_is_named_once_and_the_one_before_it_take
     assert told[0]["damaged"].count("is damaged and passed over") == 1
     assert told[1]["damaged"] == ""
     assert all(one["resumed"] == "finished" for one in told)
+
+
+def test_a_checkpoint_of_one_rank_with_a_value_that_the_run_does_not_have_is_refused_on_all(told):
+    assert "checkpoint-ranks/1/checkpoint-" in told[0]["unheard"]
+    assert "it holds domains.0.unheard, which a run of this version does not have; resume it with" in told[0]["unheard"]
+    assert told[0]["unheard"] == told[1]["unheard"]

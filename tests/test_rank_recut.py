@@ -24,6 +24,7 @@ SCENES = (
     "sensed",
     "walls",
     "rubbed",
+    "varied",
     "pressed",
     "crossed",
     "squeezed",
@@ -33,8 +34,8 @@ SCENES = (
 SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 CHANGES = {
     (2, 1): tuple(name for name in SCENES if SLOW or name not in ("pair", "metal", "held")),
-    (1, 2): SCENES if SLOW else ("normal", "sensed", "crossed"),
-    (2, 3): SCENES if SLOW else ("pair", "metal", "held", "squeezed"),
+    (1, 2): SCENES if SLOW else ("normal", "sensed", "varied", "crossed"),
+    (2, 3): SCENES if SLOW else ("pair", "metal", "held", "varied", "squeezed"),
 }
 BOUND = 1e-11  # of the largest value
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors

@@ -250,6 +250,18 @@ def test_a_checkpoint_of_another_format_is_refused_by_its_name(stopped, tmp_path
     assert caught.value.field == "folder"
 
 
+@pytest.mark.parametrize("path", ["domains.0.unheard", "unheard/count"])
+def test_a_checkpoint_with_a_value_that_the_run_does_not_have_is_refused_by_its_name(stopped, tmp_path, path):
+    folder, physics = stopped
+    place = shutil.copytree(folder, tmp_path / "other")
+    stored = store.read_all(place)[0][0]
+    stored.path.unlink()
+    store.write(place, stored.head, stored.values | {path: 1.0}, stored.found)
+    with pytest.raises(tc.InputError, match=f"holds {path}, .*; resume it with that one, or run it again") as caught:
+        tc.resume(place, physics, FINE)
+    assert caught.value.field == "folder"
+
+
 def test_without_anything_to_go_on_from(stopped, tmp_path):
     folder, physics = stopped
     for data in (b"", b"nonsense" * 100):

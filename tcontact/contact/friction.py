@@ -53,6 +53,13 @@ class Friction:
         """Return the part of the data that belongs to the contact nodes [k, NODE]."""
         return data[self._nodes].reshape(-1, self.names.NODE)
 
+    @property
+    def record_width(self) -> int:
+        """Return how many numbers of the record a node has; the record stands at the end of the data."""
+        from ..kernels.contact.friction_record import RECORD
+
+        return RECORD * self.recorded
+
     def record(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the slip path [k] [m] and the friction work [k] [J] of every node up to the last row."""
         from ..kernels.contact.friction_record import DONE, RECORD, SLIP

@@ -33,8 +33,6 @@ class SharedSolve:
     solve did not converge are left as they are, in rows of a block that will not count.
     """
 
-    passes_over_failed = False
-
     def __init__(
         self,
         team: Team,
@@ -51,6 +49,7 @@ class SharedSolve:
         from ..kernels.step import rank_phases
 
         self.names, self.rules, self.phases = stats, sweeps, rank_phases
+        self.passes_over_failed = False
         self.force, self.contact, self.shares = force, contact, shares
         shared: SharedContact = domain.shared
         count = len(shared.nodes)

@@ -178,23 +178,27 @@ def _arrays(contact: Any, path: str) -> Iterator[tuple[str, arrays.Array, Form]]
     if contact.friction is not None:
         rows = f"{path}.friction.rows.values"
         names = contact.friction.names
-        yield f"{path}.friction.data", contact.friction.data, FrictionData(names.FIRST, names.NODE)
+        form = FrictionData(names.FIRST, names.NODE, contact.friction.record_width)
+        yield f"{path}.friction.data", contact.friction.data, form
     yield rows, contact.rows.values, Nodal(len(contact.rows.values) // max(1, count))
 
 
 class FrictionData:
-    """Numbers of friction: `first` that all ranks have alike, `width` of every node, and the record behind them."""
+    """Numbers of friction (contact/friction.py): `first` that all ranks have alike, `width` of every contact node.
 
-    def __init__(self, first: int, width: int) -> None:
-        self.first, self.width = first, width
+    Between these and the record at the end, `record` numbers of every node, stand the areas of the nodes and the laws
+    of coefficients that vary, which a new run has from its scene.
+    """
+
+    def __init__(self, first: int, width: int, record: int) -> None:
+        self.first, self.nodal, self.record = first, Nodal(width, first), record
 
     def __call__(self, result: np.ndarray, data: np.ndarray, own: Held, old: Held) -> None:
         """Put them into `result`."""
         result[: self.first] = data[: self.first]
-        Nodal(self.width, self.first)(result, data, own, old)
-        record = (len(result) - self.first) // max(1, len(own.nodes)) - self.width
-        if record:
+        self.nodal(result, data, own, old)
+        if self.record:
             mine, theirs = (
-                values[self.first + self.width * len(one.nodes) :] for values, one in ((result, own), (data, old))
+                values[len(values) - self.record * len(one.nodes) :] for values, one in ((result, own), (data, old))
             )
-            Nodal(record)(mine, theirs, own, old)
+            Nodal(self.record)(mine, theirs, own, old)

@@ -347,7 +347,12 @@ def resume_on_ranks(
         run = _made(RankRun if before == team.size else RecutRun, team, planned, parts, asked)
         new = contents.prints(run)
         if before == team.size:
-            contents.restore(run, stored[0].found, stored[0].values)
+            try:
+                with store.taken_over(stored[0]):
+                    contents.restore(run, stored[0].found, stored[0].values)
+            except InputError as found:
+                error = found
+            team.agree(error)
         else:
             restore_parts(run, planned, stored, team)  # type: ignore[arg-type]
             on_first(team, lambda: warnings.warn(other_ranks(before, team.size), RuntimeWarning, stacklevel=4))

@@ -108,17 +108,11 @@ def resume(
             made = f"numpy {stored.head['versions']['numpy']}, tcontact {stored.head['versions']['tcontact']}"
             text = f"prepared the scene a little differently than the run did ({made}): the last digits may differ"
             warnings.warn(f"this machine {text}", RuntimeWarning, stacklevel=2)
-        try:
+        with store.taken_over(stored):
             if stored.ranks > 1:
                 restore_parts(run, planned, every, None)
             else:
                 contents.restore(run, stored.found, stored.values)
-        except InputError:  # a function of time differs
-            raise
-        except (KeyError, ValueError, IndexError) as error:
-            made = stored.head.get("versions", {})
-            remedy = f"was left by another version of the program ({made}); resume it with that one"
-            raise InputError("folder", str(stored.path), remedy) from error
         recorder = Recorder(path, scene, run.states, " + ".join(planned.terms), head["fields"], stored.head["frames"])
         head |= {"origin": stored.head["origin"], "versions": versions()}
         head |= {"contact_ranks": stored.head.get("contact_ranks"), "arch": arch}

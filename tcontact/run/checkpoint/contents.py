@@ -64,11 +64,17 @@ def differs(stored: dict[str, list], new: Prints, found: dict[str, np.ndarray]) 
 
 
 def restore(run: Any, found: dict[str, np.ndarray], values: dict[str, Any]) -> None:
-    """Restore the state that `collect` returned to a new run. Raises `KeyError` for a path that it does not have."""
+    """Restore the state that `collect` returned to a new run; what it does not name stays as it is in a new run.
+
+    Raises `KeyError` for a path that the run does not have: every object makes all attributes that it will have when it
+    is made itself.
+    """
     places = {leaf.path: leaf for leaf in leaves(run)}
     own: dict[str, dict[str, Any]] = {path: {} for path, leaf in places.items() if isinstance(leaf.value, Saved)}
     for path, value in [*values.items(), *found.items()]:
         before, slash, name = path.rpartition("/")
+        if path not in places and before not in own:
+            raise KeyError(f"it holds {path}, which a run of this version does not have")
         if slash:
             own[before][name] = value
             continue

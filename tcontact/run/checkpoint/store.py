@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,19 @@ class Stored:
 
 class OtherFormat(Exception):
     """A checkpoint has the format of another version of the program; the text says which."""
+
+
+@contextmanager
+def taken_over(stored: Stored) -> Iterator[None]:
+    """Raise `InputError` where the state in a checkpoint does not fit the run that takes it over."""
+    try:
+        yield
+    except InputError:  # a function of time differs
+        raise
+    except (KeyError, ValueError, IndexError) as error:
+        made = stored.head.get("versions", {})
+        remedy = f"was left by another version of the program ({made}): {error.args[0] if error.args else error}"
+        raise InputError("folder", str(stored.path), f"{remedy}; resume it with that one, or run it again") from error
 
 
 def write(folder: Path, head: dict[str, Any], values: dict[str, Any], found: dict[str, np.ndarray]) -> Path:
