@@ -34,6 +34,37 @@ def test_observed_order_in_dt(scheme):
     assert second < 1e-3 * 0.1 * (1 if scheme.order == 2 else 10)
 
 
+@functools.cache
+def on_a_ball(scheme, steps, removal):
+    """A block that lands on a sphere while it slides over it, and stays on it: impulse and positions at the end."""
+    mesh = tc.box_mesh(size=(0.2, 0.1, 0.1), cells=(3, 2, 1), origin=(-0.1, -0.05, 0.0))
+    body = tc.Body(mesh, tc.NeoHookean(1e5, 0.3, 1000.0), (1.0, 0.3, -1.0), contact="zmin")
+    ball = tc.Sphere(center=(0.03, 0.01, -0.203), radius=0.2)
+    own = scene(body, ball, tc.MasslessContact(removal), 0.02)
+    result = run(own, scheme(dt=0.02 / steps))
+    assert result.history["contact_force"][-1, 2] > 10.0
+    return result.history["impulse"][-1], result.position
+
+
+HHT = functools.partial(tc.HilberHughesTaylor, alpha=-1.0 / 3.0)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "removal"),
+    [(tc.DiscreteGradient, "full"), (tc.Midpoint, "full"), (tc.Midpoint, "normal"), (tc.Trapezoidal, "full"),
+     (tc.HilberHughesTaylor, "full"), (HHT, "full"), (HHT, "normal")],
+    ids=["discrete-gradient", "midpoint", "midpoint-normal", "trapezoidal", "hht", "hht-third", "hht-third-normal"],
+)  # fmt: skip
+def test_observed_order_of_exact_contact_where_normals_turn(scheme, removal):
+    """Impulse and positions over three halvings of the step, in which nodes close one after the other; one limit."""
+    impulses, positions = zip(*(on_a_ball(scheme, steps, removal) for steps in (40, 80, 160, 320)), strict=True)
+    for values in (impulses, positions):
+        coarse, fine = (np.abs(values[i] - values[i + 1]).max() for i in (0, 2))
+        assert 0.5 * np.log2(coarse / fine) > 1.75
+    other = on_a_ball(tc.DiscreteGradient, 320, removal)[0]
+    assert np.abs(impulses[-1] - other).max() < 1e-5 * np.abs(other).max()
+
+
 def test_newton_converges_quadratically(capsys):
     result = run(scene(cube(), tc.Plane(), tc.PenaltyContact(STIFF)), tc.DiscreteGradient(dt=1e-4, verbose=True))
     assert result.history["sweeps"][1:].mean() <= 5.0

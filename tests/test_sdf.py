@@ -312,6 +312,17 @@ def test_surfaces_that_bound_no_solid_are_refused(surface, remedy):
         tc.Sdf.from_surface(surface, cells=12)
 
 
+def test_errors_of_surfaces_from_arrays_stand_in_one_line():
+    """They count points and triangles instead of printing the arrays over several lines before the reason."""
+    with pytest.raises(tc.InputError) as caught:
+        tc.Sdf.from_surface((BOX[0], BOX[1][1:]), cells=12)
+    assert str(caught.value).startswith("surface = 8 points, 11 triangles: it is open at 3 edges")
+    for surface in ((BOX[0], BOX[1] + 1), (BOX[0][:, :2], BOX[1]), [*BOX, BOX[1]]):
+        with pytest.raises(tc.InputError) as caught:
+            tc.Sdf.from_surface(surface, cells=12)
+        assert "\n" not in str(caught.value)
+
+
 EMPTY_ROWS = "ply\nformat ascii 1.0\nelement vertex 99999999999999\nend_header\n"
 
 

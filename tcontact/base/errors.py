@@ -39,7 +39,7 @@ class InputError(ValueError):
 
 @dataclass(frozen=True)
 class Shown:
-    """The text of a value of an error that came from another process."""
+    """A text in place of the value of an error: of one that came from another process, or of large arrays."""
 
     text: str
 
@@ -73,12 +73,14 @@ def hint(value: Any, known: Iterable[str]) -> str:
 
 
 def _short(value: Any, limit: int = 80) -> str:
-    """Return the value as text, cut if it is long and not a path."""
+    """Return the value as text in one line, cut if it is long and not a path."""
     try:
         text = repr(value)
     except Exception:  # repr of the object fails, or a number has too many digits
         text = f"<{type(value).__name__}>"
     text = NUMPY.sub(lambda found: found[1] or found[2] or "", text)
+    if "\n" in text:  # the rows of an array
+        text = " ".join(text.split())
     if len(text) <= limit:
         return text
     path = isinstance(value, (str, Path)) and os.sep in str(value) and str(value).isprintable()

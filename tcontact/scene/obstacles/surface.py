@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...base import validate
-from ...base.errors import InputError
+from ...base.errors import InputError, Shown
 from ...mesh.files.content import MeshFileError
 from ...mesh.files.meshio_files import read_file
 from .polygons import read_polygons
@@ -181,4 +181,7 @@ FORMATS = {".stl": _from_stl, ".obj": read_wavefront, ".ply": read_polygons}
 
 
 def _name(given: Any) -> Any:
-    return str(given) if isinstance(given, (str, os.PathLike)) else given
+    """Return what an error calls a surface: its file, or how many points and triangles its arrays have."""
+    if isinstance(given, (str, os.PathLike)):
+        return str(given)
+    return Shown(f"{len(given[0])} points, {len(given[1])} triangles")

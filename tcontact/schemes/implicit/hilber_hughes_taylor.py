@@ -1,6 +1,6 @@
 """HHT-alpha scheme (Hilber, Hughes and Taylor, Earthquake Eng. Struct. Dyn. 5, 283, 1977), -1/3 <= alpha <= 0.
 
-M a1 + (1 + alpha) f(x1) - alpha f(x0) = f_ext, contact alike,
+M a1 + (1 + alpha) f(x1) - alpha f(x0) = f_ext, contact alike (exact contact: lambda nu(x0 + (1 + alpha) d)),
 x1 = x0 + dt v0 + dt^2 [(1/2 - beta) a0 + beta a1],   v1 = v0 + dt [(1 - gamma) a0 + gamma a1],
 beta = (1 - alpha)^2/4,  gamma = (1 - 2 alpha)/2:     dissipates high frequencies, second order
 """

@@ -10,7 +10,10 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class Midpoint(ImplicitScheme):
-    """The scheme f* = f(x_m), fc* = fc(x_m), x_m = (x0 + x1)/2; second order. Options: `ImplicitScheme`."""
+    """The scheme f* = f(x_m), fc* = fc(x_m), x_m = (x0 + x1)/2; second order. Options: `ImplicitScheme`.
+
+    Exact contact closes gaps at x1; its force is along the mean normal of the step (nu* of METHOD 4).
+    """
 
     name: ClassVar[str] = "midpoint"
     level: ClassVar[float] = 0.5

@@ -10,7 +10,10 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class Trapezoidal(ImplicitScheme):
-    """The scheme f* = (f(x0) + f(x1))/2, fc* = (fc(x0) + fc(x1))/2; second order. Options: `ImplicitScheme`."""
+    """The scheme f* = (f(x0) + f(x1))/2, fc* = (fc(x0) + fc(x1))/2; second order. Options: `ImplicitScheme`.
+
+    Exact contact has one force for the step, along the mean normal of the step (nu* of METHOD 4).
+    """
 
     name: ClassVar[str] = "trapezoidal"
     conserves: ClassVar[tuple[str, ...]] = ("linear momentum",)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
+from dataclasses import replace
 
 import numpy as np
 
@@ -59,6 +60,14 @@ class StepContact:
         """Return the passages of the contact nodes at every obstacle from u0 to u0 + d [n, 3]."""
         x0 = self.reference + u0[self.nodes]
         return [surface.passage(x0, x0 + d[self.nodes]) for surface in self.surfaces]
+
+    def along(self, u0: np.ndarray, d: np.ndarray, level: float) -> list[Passage]:
+        """Return passages from u0 to u0 + d [n, 3] whose normals are those of a level between, as in u0 + level d."""
+        x0, move = self.reference + u0[self.nodes], d[self.nodes]
+        middles = [surface.at(x0 + level * move) for surface in self.surfaces]
+        ends = middles if level == 1.0 else [surface.at(x0 + move) for surface in self.surfaces]
+        pairs = zip(ends, middles, strict=True)
+        return [replace(end, normal=middle.normal, turning=level * middle.turning) for end, middle in pairs]
 
     def ends(self, u: np.ndarray) -> list[Passage]:
         """Return passages with the gaps and normals of one level u [n, 3]."""

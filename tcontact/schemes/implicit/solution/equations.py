@@ -130,8 +130,10 @@ class StepEquations:
         return self.rows.tangent(blocks)
 
     def _passages(self, d: np.ndarray) -> list[Passage]:
+        """Return gaps at the end of the step and normals of the level at which its exact contact force stands."""
         assert self.contact is not None
-        return self.contact.passages(self.u0, d) if self.scheme.conserving else self.contact.ends(self.u0 + d)
+        level = self.scheme.contact_level
+        return self.contact.passages(self.u0, d) if level == 0.5 else self.contact.along(self.u0, d, level)
 
     def _penalty(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return contact forces [p, k, 3] and their derivative, at the level of the scheme."""

@@ -80,6 +80,15 @@ class ImplicitRule:
         return 1.0 if self.stress == "end" else 0.5
 
     @property
+    def contact_level(self) -> float:
+        """Level between x0 and x1 whose normals exact contact has: that of the mean force of the step.
+
+        The multiplier of exact contact is this mean force, and along the normals at x1 it would be of first order only
+        where normals turn.
+        """
+        return 0.5 if self.conserving else self.present * self.level
+
+    @property
     def balances_the_end(self) -> bool:
         """Return whether massless components are in equilibrium at x1 already."""
         return self.stress == "end" and self.level == 1.0 and self.past == 0.0
