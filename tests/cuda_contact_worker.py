@@ -149,9 +149,11 @@ def main(out: str) -> None:
 
 
 def runs(names: Iterable[str]) -> dict[str, np.ndarray]:
-    """Return a search for the stable step and runs of scenes."""
-    words = ("search/class", "search/damped")
-    found = dict(zip(words, map(np.array, cuda_contact_scenes.damped_steps("slowed")), strict=True))
+    """Return searches for the stable step and runs of scenes."""
+    found = {}
+    for name in cuda_contact_scenes.SEARCHED:
+        words = (f"search/{name}/class", f"search/{name}/damped")
+        found |= dict(zip(words, map(np.array, cuda_contact_scenes.damped_steps(name)), strict=True))
     for name in names:
         found |= {f"{name}/{key}": value for key, value in cuda_contact_scenes.run(name, "cuda").items()}
     return found

@@ -107,13 +107,17 @@ def test_viscous_cells_take_energy(found, name):
     assert work[-1] > 1e-5 * found[f"{name}/history_kinetic"][0]
 
 
-def test_stable_steps_with_viscous_cells_are_those_of_the_cpu(found):
-    """The vectors of the search stay on the device; the second search starts from the mode of the first one."""
-    assert found["search/class"] == "DeviceStableSteps"
-    name, expected = cuda_contact_scenes.damped_steps("slowed")
-    assert name == "StableSteps"
-    difference = np.abs(found["search/damped"] / expected - 1.0).max(axis=1)
-    assert (difference <= (1e-9, 1e-7)).all()
+@pytest.mark.parametrize("name", cuda_contact_scenes.SEARCHED)
+def test_stable_steps_with_viscous_cells_are_those_of_the_cpu(found, name):
+    """The vectors of the search stay on the device; the next search starts from the mode of the one before.
+
+    With momenta that move nothing the step of the leaning block was wrong by half in the third search.
+    """
+    assert found[f"search/{name}/class"] == "DeviceStableSteps"
+    kind, expected = cuda_contact_scenes.damped_steps(name)
+    assert kind == "StableSteps"
+    difference = np.abs(found[f"search/{name}/damped"] / expected - 1.0).max(axis=1)
+    assert (difference <= cuda_contact_scenes.SEARCHES[name]).all()
 
 
 def test_steps_that_are_short_of_passes_take_those_of_the_next(found):

@@ -28,6 +28,7 @@ from .body_search import body_search
 from .checkpoint.keeper import Keeper
 from .end_checks import end_warnings
 from .end_state import end_state
+from .entered import entered
 from .flutter import SLID, flutter
 from .guards import Guards, Stop, early_stop
 from .history import MOST_ROWS, History
@@ -403,7 +404,7 @@ class Run:
         for domain in self.domains:
             for name, size in domain.memory().items():
                 memory[name] = memory.get(name, 0) + size
-        return self.result_type(
+        result = self.result_type(
             ok=stop is None,
             reason="finished" if stop is None else stop.reason,
             message="" if stop is None else stop.message,
@@ -426,6 +427,10 @@ class Run:
             precision=precision_of(self.planned),
             **self.end_state(last),
         )
+        if stop is None and result.whole:
+            for text in entered(self.scene, result.position, time):
+                self.warn(text)
+        return result
 
     def end_state(self, last: Snapshot) -> dict[str, Any]:
         """Return the fields of the result with values of nodes and cells; last: the state at the end."""

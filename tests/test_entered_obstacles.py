@@ -1,0 +1,60 @@
+"""A body that falls into an obstacle with faces that are not in its contact set is told of at the end of the run."""
+
+import re
+import warnings
+
+import pytest
+from conftest import THREADS
+from scenes import material
+
+import tcontact as tc
+
+FLOOR = tc.Plane((0.0, 0.0, -0.001), name="floor")
+
+
+def told(contact, obstacle=FLOOR, model="default", duration=0.02, speed=3.0):
+    """Warnings of the run of a cube that falls at an obstacle."""
+    mesh = tc.box_mesh((0.1, 0.1, 0.1), (3, 3, 3))
+    body = tc.Body(mesh, material("linear"), (0.0, 0.0, -speed), contact=contact, name="cube")
+    with warnings.catch_warnings(record=True):
+        warnings.simplefilter("always")
+        given = {} if model == "default" else {"contact": model}
+        result = tc.simulate(tc.Scene([body], [obstacle], duration, **given), threads=THREADS)
+    assert result.ok
+    return [text for text in result.warnings if "inside obstacle" in text]
+
+
+def test_a_wrong_contact_face_is_told_of_with_depth_and_remedy():
+    """The lowest nodes end 59 mm below the floor, and the contact face, the upper one, above it."""
+    (text,) = told("zmax")
+    assert re.search(r"of cube ends 0\.059\d* m inside obstacle floor", text)
+    assert "Body.contact = 'zmax'" in text
+    assert "contact='auto'" in text
+
+
+@pytest.mark.parametrize("contact", ["zmin", "auto", ["zmin", "zmax"]])
+def test_bodies_that_are_held_are_told_of_nothing(contact):
+    """Also a body that bounces, and one whose soft penalty gives way as a whole."""
+    assert not told(contact)
+
+
+def test_a_soft_penalty_that_gives_way_is_another_matter():
+    """All of the body is deep inside, its contact nodes most of all."""
+    assert not told("zmin", model=tc.PenaltyContact(1e3))
+
+
+def test_obstacles_that_move_are_looked_for_where_they_end():
+    """The floor rises as the body rests: it is as deep inside at the end; a floor that sinks faster is not met."""
+    rising = tc.Plane((0.0, 0.0, -0.001), velocity=(0.0, 0.0, 3.0), name="floor")
+    assert len(told("zmax", rising, speed=0.0)) == 1
+    sinking = tc.Plane((0.0, 0.0, -0.001), velocity=lambda t: (0.0, 0.0, -4.0 + 0.0 * t), name="floor")
+    assert not told("zmax", sinking)
+
+
+def test_without_contact_no_one_is_told_twice():
+    """Scenes say at once that their bodies pass through obstacles."""
+    mesh = tc.box_mesh((0.1, 0.1, 0.1), (3, 3, 3))
+    body = tc.Body(mesh, material("linear"), (0.0, 0.0, -3.0))
+    with pytest.warns(UserWarning, match="no Body.contact"):
+        scene = tc.Scene([body], [FLOOR], 0.01)
+    assert not tc.simulate(scene, threads=THREADS).warnings
