@@ -26,6 +26,7 @@ VALUES_HEADER = 7
 ORIGIN, NORMAL, CLOSED, SLIP_LIMIT, AREA, DEEP = 0, 3, 6, 7, 8, 9
 ROW_NUMBERS = 10
 # numbers that a pair of faces has after its integration (clipping.py): integrals of N_s N_s' (4 x 4) and N_s N_m'
-# (4 x 4) [m^2], the area in common [m^2], the smallest distance and the smallest gap [m] of the points of integration
-SLAVE_PRODUCTS, MASTER_PRODUCTS, COMMON_AREA, DISTANCE, POINT_GAP = 0, 16, 32, 33, 34
-INTEGRALS = 35
+# (4 x 4) [m^2], the area in common [m^2], the smallest distance [m], and the smallest gap [m] of the points of
+# integration and of the corners of the part in common
+SLAVE_PRODUCTS, MASTER_PRODUCTS, COMMON_AREA, DISTANCE, POINT_GAP, CORNER_GAP = 0, 16, 32, 33, 34, 35
+INTEGRALS = 36

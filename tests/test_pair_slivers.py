@@ -38,3 +38,20 @@ def test_bodies_at_rest_that_do_not_touch_stay_where_they_are():
     assert result.ok
     assert not result.pair_force["up-low"].any()
     assert np.abs(result.velocity).max() == 0.0
+
+
+def test_the_tip_of_a_coarse_ball_on_another_keeps_its_row():
+    """The tip is itself a corner of what is covered; the inner points lie more than the reach above it."""
+    low, up = (tc.ball_mesh(0.05, 4, center=(0.0, 0.0, z)) for z in (0.0, 0.1 + 2e-6))
+    rubber = tc.NeoHookean(young=1e7, poisson=0.3, density=1000.0)
+    bodies = [
+        tc.Body(low, rubber, (0, 0, 0.25), contact="high", name="low"),
+        tc.Body(up, rubber, (0, 0, -0.25), contact="low", name="up"),
+    ]
+    result = tc.simulate(tc.Scene(bodies, duration=3.2e-3))
+    history = result.history
+    assert result.ok
+    assert history["pair_rows:low-up"][0] == 9
+    first = history["time"][np.flatnonzero(history["pair_pressed:low-up"])[0]]
+    assert first <= 2e-6 / 0.5 + 2.0 * result.dt
+    assert history["energy_error"].max() <= 3e-3

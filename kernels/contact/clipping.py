@@ -7,7 +7,8 @@ points, on which the 4 shape functions of a quadrilateral are not independent. T
 
     integral of N_s N_s^t,  integral of N_s N_m^t,  area,  smallest distance |gap| and gap N_m . z_m - N_s . z_s
 
-The distance is also taken at the corners of the polygon: inclined faces come near each other there first.
+The distance is also taken at the corners of the polygon, where inclined faces come near each other first; the gaps of
+the corners have a result of their own.
 
 A face has 4 corners; a triangle has its last corner twice, and its shape functions are those of 3 corners. The local
 coordinates of a point in a quadrilateral come from Newton's method.
@@ -19,7 +20,15 @@ from ..engine import ti
 from ..lanes import GRAIN
 from ..language.arguments import ARRAY, INDEX
 from ..language.entries import three
-from ..pair_places import COMMON_AREA, DISTANCE, INTEGRALS, MASTER_PRODUCTS, POINT_GAP, SLAVE_PRODUCTS
+from ..pair_places import (
+    COMMON_AREA,
+    CORNER_GAP,
+    DISTANCE,
+    INTEGRALS,
+    MASTER_PRODUCTS,
+    POINT_GAP,
+    SLAVE_PRODUCTS,
+)
 
 CORNERS = 10  # of a clipped polygon, at most: 8, and room for rounding errors
 SLIVER = 1e-12  # area in common over the area of the slave face below which a pair of faces has none
@@ -96,7 +105,7 @@ def integrate(slaves: ti.template(), masters: ti.template(), results: ti.templat
     """Set the integrals of slave face e and master face f, whose corners are slaves [.., 4, 3], masters [.., 4, 3]."""
     for i in range(INTEGRALS):
         results[place + i] = 0.0
-    results[place + DISTANCE], results[place + POINT_GAP] = FAR, FAR
+    results[place + DISTANCE], results[place + POINT_GAP], results[place + CORNER_GAP] = FAR, FAR, FAR
     s = [three(slaves, 12 * e + 3 * i) for i in range(4)]
     m = [three(masters, 12 * f + 3 * i) for i in range(4)]
     slave_triangle = ti.select((s[3] - s[2]).norm_sqr() == 0.0, 1, 0)
@@ -126,13 +135,14 @@ def integrate(slaves: ti.template(), masters: ti.template(), results: ti.templat
         middle_x += px[i] / count
         middle_y += py[i] / count
     if area > SLIVER * 0.5 * across.norm():
-        distance, gap = FAR, FAR
+        distance, gap, corner_gap = FAR, FAR, FAR
         for i in range(count):
             j = ti.select(i + 1 == count, 0, i + 1)
             x1, y1, x2, y2 = px[i] - middle_x, py[i] - middle_y, px[j] - middle_x, py[j] - middle_y
             at_slave = shape_values(sx, sy, px[i], py[i], slave_triangle)
             at_master = shape_values(mx, my, px[i], py[i], master_triangle)
-            distance = ti.min(distance, ti.abs(at_master.dot(mz) - at_slave.dot(sz)))
+            at_corner = at_master.dot(mz) - at_slave.dot(sz)
+            distance, corner_gap = ti.min(distance, ti.abs(at_corner)), ti.min(corner_gap, at_corner)
             share = (x1 * y2 - x2 * y1) / 6.0
             for q in range(3):
                 first_part = ti.select(q == 1, 4.0, 1.0) / 6.0
@@ -150,6 +160,7 @@ def integrate(slaves: ti.template(), masters: ti.template(), results: ti.templat
         results[place + COMMON_AREA] = area
         results[place + DISTANCE] = distance
         results[place + POINT_GAP] = gap
+        results[place + CORNER_GAP] = corner_gap
 
 
 @functools.cache

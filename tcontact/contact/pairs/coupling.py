@@ -173,15 +173,16 @@ def _coupled(facing: Facing, positions: np.ndarray, pairs: np.ndarray, fast: boo
 
 
 def _least_gaps(facing: Facing, e: np.ndarray, found: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Return the smallest gap [n] [m] of the points with which the faces of every slave node are covered.
+    """Return the smallest gap [n] [m] in the parts of the faces of every slave node that are covered.
 
     e [p], found [p, INTEGRALS], shares [p, 4] [m^2]: slave faces, integrals and int N_s of the pairs. The gap of a row
     is that at its node, to where it is extrapolated from a face of which only a far part is covered: at an edge that
     another face looks at from the side it may be a cell deep though nothing touches.
     """
     least = np.full(1 + int(facing.slave.nodes.max()), np.inf)
+    gaps = np.minimum(found[:, at.POINT_GAP], found[:, at.CORNER_GAP])
     for corner, share in zip(facing.slave.faces[e].T, shares.T, strict=True):
-        np.minimum.at(least, corner[share != 0.0], found[share != 0.0, at.POINT_GAP])
+        np.minimum.at(least, corner[share != 0.0], gaps[share != 0.0])
     return least
 
 
