@@ -3,7 +3,9 @@
     v = v* + M^-1 p,   p = -M v*_T if |p| <= mu lambda span, else scaled to that limit
 
 v* is the velocity relative to the partner after the kick over `span` [s] without friction. Stick is exact, without
-creep. The work up to time level n is that of the part of the kick before it, -t.(v^{n-1/2} + v^n)/2 k0.
+creep. The work up to time level n is that of the part of the kick before it, -t.(v^{n-1/2} + v^n)/2 k0. At the last
+level, where no step follows, friction is that of a kick into one more step of the same length, so that this row and the
+state at the end are those of a run that goes on; only the part of the kick before the level is taken.
 An obstacle that moves freely is kicked by the same impulses: v* then has its motion by all other forces, and M^-1 the
 motion of its point by a unit impulse. Its nodes are solved one after another, again and again; every such solve lowers
 the kinetic energy, so that any number of nodes sticks to a light obstacle.
@@ -46,6 +48,19 @@ NODE_ROUNDS = 300  # iterations over the rows of a node with several rows, at mo
 NODE_CHANGE = 1e-13  # change of the forces over the pressing forces at which they end
 FREE_ROUNDS = 50  # iterations over all nodes where obstacles move freely, at most
 FREE_CHANGE = 1e-8  # change of the forces over the pressing forces at which they end
+
+
+@ti.func
+def kick_span(body: ti.template(), contact: ti.template()):
+    """Return the time [s] of the kick for which friction is found; where no step follows, as if another one did.
+
+    Layers, which such a kick would heat twice as long, take it as it is.
+    """
+    before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
+    span = before + after
+    if ti.static(not contact.options.layered):
+        span = before + ti.select(body.params[DRIFT] > 0.0, after, before)
+    return span
 
 
 @ti.func
@@ -136,8 +151,7 @@ def kick_friction_node(
     of its rows in the step that starts there, where it is recorded.
     """
     slots = ti.static(contact.options.slots)
-    before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
-    span = before + after
+    before, after, span = body.params[KICK_BEFORE], body.params[KICK_AFTER], kick_span(body, contact)
     work_before, work_after = 0.0, 0.0
     pressed = 0.0
     for p in ti.static(range(slots)):
@@ -240,7 +254,7 @@ def layer_slip_node(
 ):
     """Set slip speed and mobility of node k at the row with the largest pressing force."""
     slots = ti.static(contact.options.slots)
-    span = body.params[KICK_BEFORE] + body.params[KICK_AFTER]
+    span = kick_span(body, contact)
     largest, speed, mobility, mean = 0.0, 0.0, 0.0, 0.0
     for p in ti.static(range(slots)):
         r = k * slots + p

@@ -40,7 +40,7 @@ from .friction import (
 )
 from .friction_record import begin_kick, record_kick
 from .islands import node_count
-from .kick_friction import velocity_without_friction
+from .kick_friction import kick_span, velocity_without_friction
 from .massive_tangents import kick_force, massive_tangents
 from .pair_rows import entry, pair_row, press_masters, weight
 
@@ -153,7 +153,7 @@ def start_from_last_kick(
 ):
     """Set the velocities after the kick with the friction of the last one, as far as rows can still transmit it."""
     slots = ti.static(contact.options.slots)
-    span = body.params[KICK_BEFORE] + body.params[KICK_AFTER]
+    span = kick_span(body, contact)
     for s in range(boundary.nodes.shape[0]):
         velocity, acceleration, _flexible = velocity_without_friction(body, boundary, s, damped)
         first = coupling.lists[VELOCITIES] + 3 * s
@@ -184,7 +184,7 @@ def slip_of_row(
     slots = ti.static(contact.options.slots)
     k, p = number // slots, number % slots
     r = partner(coupling, rows, k, p)
-    span = body.params[KICK_BEFORE] + body.params[KICK_AFTER]
+    span = kick_span(body, contact)
     across = massive_tangents(contact, k, normal_of(rows, number))[0]
     flexible = row_mobility(body, boundary, coupling, damped, k, r)
     mobility = span * (across @ flexible @ across.transpose())
@@ -249,8 +249,7 @@ def settle_pair_friction(
 ):  # fmt: skip
     """Set the friction of the kick in all rows by one thread, and sum up its work."""
     slots = ti.static(contact.options.slots)
-    before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
-    span = before + after
+    before, after, span = body.params[KICK_BEFORE], body.params[KICK_AFTER], kick_span(body, contact)
     start_from_last_kick(body, boundary, contact, rows, coupling, damped)
     largest = 0.0
     for number in range(slots * node_count(contact)):
