@@ -39,6 +39,7 @@ from .base.errors import InputError, OutputError  # noqa: E402
 from .base.errors import hint as _hint  # noqa: E402
 from .base.warning_kinds import (  # noqa: E402
     EnergyWarning,
+    HourglassWarning,
     LayerWarning,
     LockingWarning,
     MeshWarning,
@@ -107,6 +108,7 @@ __all__ = [
     "FrictionTable",
     "Gonzalez",
     "HilberHughesTaylor",
+    "HourglassWarning",
     "ImpulseContact",
     "InputError",
     "JohnsonCook",

@@ -192,6 +192,14 @@ def test_info_shows_a_case_without_a_scene(tmp_path, capsys):
     assert "velocity=34" in text
 
 
+def test_info_names_the_report_where_the_folder_is_that_of_a_study(tmp_path, capsys):
+    """A study has rows and a figure, which the page of `tcontact report` shows."""
+    (tmp_path / "study.json").write_text(json.dumps({"case": "bar-impact", "rows": [{"error": 0.1}]}), encoding="utf-8")
+    assert main(["info", str(tmp_path)]) == 2
+    assert f"holds a study, no run; `tcontact report {tmp_path}` makes a page of it" in capsys.readouterr().err
+    assert main(["report", str(tmp_path)]) == 0
+
+
 def test_info_refuses_what_is_no_run(tmp_path, capsys):
     (tmp_path / "result.vtkhdf").write_bytes(b"no HDF5 at all")
     (tmp_path / "empty").mkdir()

@@ -6,6 +6,8 @@ from oracle.reduced import HOURGLASS_MODES
 
 import tcontact as tc
 
+pytestmark = pytest.mark.filterwarnings("ignore::tcontact.HourglassWarning")  # these motions are in hourglass modes
+
 SCHEMES = {  # share of the hourglass energy of a step from rest that is lost
     "discrete gradient": (tc.DiscreteGradient(dt=1e-3), 0.0),
     "midpoint": (tc.Midpoint(dt=1e-3), 0.0),

@@ -109,12 +109,11 @@ def test_bodies_that_touch_are_told_of_the_slave_and_of_finer_faces():
 
 def test_bodies_on_a_sampled_distance_are_told_of_its_grid():
     """No smaller step helps where the force of a grid is not along the gradient of its gap."""
-    history = {"energy_error": np.array([0.0, 0.07]), "energy": np.array([1.0, 1.07]), "time": np.array([0.0, 1e-3])}
     mesh = tc.box_mesh((0.1, 0.1, 0.1), (1, 1, 1)).translated((0.0, 0.0, 0.1))
     bodies = [tc.Body(mesh, material("neo"), contact="zmin")]
     cam = tc.Sdf.from_function(lambda x: np.linalg.norm(x, axis=1) - 0.02, (-0.05,) * 3, (0.05,) * 3, 8, name="cam")
     grid, ball = (
-        energy_warning(tc.Scene(bodies, [one], duration=1e-3), tc.CentralDifference(), history, 1e-6, 0.0)
+        energy_warning(tc.Scene(bodies, [one], duration=1e-3), tc.CentralDifference(), 1e-6, 0.0, (0.07, 1e-3))
         for one in (cam, tc.Sphere((0.0, 0.0, 0.0), 0.02))
     )
     assert "the grid of Sdf cam interpolates" in grid

@@ -38,6 +38,11 @@ class LayerWarning(RuntimeWarning):
     """The friction layers ended with an error of more than five times their tolerance; the text says what helps."""
 
 
+class HourglassWarning(RuntimeWarning):
+    """More than a tenth of the energy of deformation of a run was in hourglass modes of one-point hexahedra: its
+    deflections come out wrong; the text says what helps."""
+
+
 class SlaveWarning(RuntimeWarning):
     """The chosen slave of a pair of bodies does not suit its master.
 

@@ -51,14 +51,19 @@ def run(arguments: argparse.Namespace) -> int:
         path = path / "result.vtkhdf"
         if not path.is_file() and data is None:
             aside = (folder / ASIDE / "result.vtkhdf").is_file()
-            raise InputError(
-                "file", str(folder), PUT_ASIDE if aside else "holds no run: neither summary.json nor result.vtkhdf"
-            )
+            raise InputError("file", str(folder), PUT_ASIDE if aside else _no_run(folder))
     if data is None:
         validate.file_exists("file", path, NO_RESULT)
     if path.is_file():
         show(contents(path))
     return 0
+
+
+def _no_run(folder: Path) -> str:
+    """Return why there is nothing to show of a folder without a run, and for that of a study what shows it."""
+    if (folder / "study.json").is_file():
+        return f"holds a study, no run; `tcontact report {folder}` makes a page of it"
+    return "holds no run: neither summary.json nor result.vtkhdf"
 
 
 def contents(path: Path) -> list[str]:

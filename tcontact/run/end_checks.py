@@ -1,4 +1,4 @@
-"""Check the history of a finished run for a large energy error, long plastic steps and inaccurate friction layers.
+"""Check the history of a finished run for large energy errors, hourglassing, long plastic steps and inaccurate layers.
 
 Each warning gives the error and what reduces it.
 """
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.warning_kinds import EnergyWarning, LayerWarning, PlasticStepWarning
+from ..base.warning_kinds import EnergyWarning, HourglassWarning, LayerWarning, PlasticStepWarning
 from ..scene.contact_models import ImpulseContact, PenaltyContact
 from ..scene.friction_models import FrictionLayer
 from ..scene.obstacles import Sdf
@@ -17,6 +17,7 @@ from ..scene.scene import Scene
 from ..schemes import Scheme
 
 LARGE = 0.05  # largest energy error that needs no warning, over the largest kinetic and elastic energy of the run
+HOURGLASSING = 0.1  # largest share of hourglass modes in the energy of deformation that needs no warning
 FAR = 5.0  # largest error of the friction layers that needs no warning, over their tolerance
 UNBALANCED = 0.02  # largest static residual of pairs of bodies that needs no warning
 LONGEST_FLOW = 0.1  # plastic strain of a step up to which the return to the yield surface is accurate
@@ -36,6 +37,7 @@ def end_warnings(
     """
     found = [
         (energy_warning(scene, scheme, dt, rounding, worst), EnergyWarning),
+        (hourglass_warning(history, rounding), HourglassWarning),
         (flow_warning(history, dt), PlasticStepWarning),
         (layer_warning(scene, history), LayerWarning),
         (residual_warning(scene, history), RuntimeWarning),
@@ -55,6 +57,29 @@ def residual_warning(scene: Scene, history: dict[str, np.ndarray]) -> str | None
         f"the static solve between bodies left a residual of {history['static_residual'][row]:.2g} at"
         f" t = {history['time'][row]:.6g} s: contact forces were that far from balance; use a smaller cfl or dt,"
         " or cells of more even shape at the contact"
+    )
+
+
+def hourglass_warning(history: dict[str, np.ndarray], rounding: float) -> str | None:
+    """Return a warning about the energy in hourglass modes; None up to a tenth of the largest energy of deformation.
+
+    That is the elastic energy, and of metals what flow and softened hourglass modes dissipated. rounding: share of the
+    largest kinetic and elastic energy up to which an energy is none.
+    """
+    if "hourglass" not in history or not len(history["time"]):
+        return None
+    lost = history.get("hourglass_work", 0.0)
+    modes = history["hourglass"] + lost
+    whole = float((history["elastic"] + history.get("plastic_work", 0.0) + lost).max())
+    row = int(np.argmax(modes))
+    floor = rounding * float((history["kinetic"] + history["elastic"]).max())
+    if not modes[row] > max(HOURGLASSING * whole, floor):
+        return None
+    return (
+        f"the hourglass energy of one-point hexahedra reached {modes[row] / whole:.2g} of the largest energy of"
+        f" deformation (at t = {history['time'][row]:.6g} s): their hourglass stiffness is not that of the material, so"
+        " that bending, and what else varies from cell to cell, comes out wrong; use finer cells, where a body bends"
+        " several layers about as long as high, or formulation='full' or 'mean-dilatation'"
     )
 
 
