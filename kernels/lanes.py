@@ -26,6 +26,7 @@ FRICTION_NODE = 9  # numbers of friction per contact node (friction.py)
 # table from the first record on, number of its speeds and of its pressures
 FRICTION_LAW = 6
 JUMP, DECAY, SHEAR_LIMIT, TABLE, SPEEDS, PRESSURES = range(FRICTION_LAW)
+HELD = -3.0  # law of a row before the start solve of a run that goes on from another one
 DRIVEN_AXIS = 4  # numbers of an axis that a function of time drives, at a level (driven_supports.py)
 # numbers of all springs, of one, of a node at its end and of a rigid part that carries some of these (springs.py)
 SPRING_HEAD, SPRING_NUMBERS, SPRING_ENTRY, SPRING_CARRIER = 4, 28, 3, 5

@@ -7,12 +7,16 @@ kinetic. v is the slip speed after the last kick, or the mean one of the last st
 0 where the row stuck; p = lambda / A. mu is constant within a kick and within a static solve, so that each has one
 solution as with a constant coefficient. A row that has just got its partner takes the speed from the velocities.
 
+A run that goes on from the end of another one (`simulate(initial=)`) starts with a static solve in which nothing moves.
+What its nodes are in equilibrium with is the friction of that end, which was within mu of a speed and pressure that are
+no longer known: in this solve mu is the largest of the law, so that the nodes stay and the friction is the same.
+
 Behind the numbers of the contact nodes in `contact.friction` stand their areas A [k] [m^2], the records of the laws, of
 the pairs of bodies first and then of the obstacles, and their tables (speeds, pressures, coefficients).
 """
 
 from ..engine import ti
-from ..lanes import DECAY, FRICTION_LAW, JUMP, PRESSURES, SHEAR_LIMIT, SPEEDS, TABLE
+from ..lanes import DECAY, FRICTION_LAW, HELD, JUMP, PRESSURES, SHEAR_LIMIT, SPEEDS, TABLE
 from ..language.entries import row
 from ..language.threads import item, meet, turns
 from ..pair_places import AREA, FIRST_ENTRY, MASTERS, NODE_ROW, PAIRS, SIDES
@@ -60,6 +64,29 @@ def coefficient(numbers: ti.template(), laws, law, speed, pressure):
     far += across * (numbers[table + columns * above + right] - far)
     falling = numbers[record + JUMP] * ti.exp(0.0 - numbers[record + DECAY] * speed)
     return near + along * (far - near) + falling
+
+
+@ti.func
+def largest_coefficient(numbers: ti.template(), laws, law):
+    """Return the largest mu of a law at any slip speed and pressure."""
+    record = laws + FRICTION_LAW * law
+    rows, columns = int(numbers[record + SPEEDS]), int(numbers[record + PRESSURES])
+    table = laws + int(numbers[record + TABLE]) + rows + columns
+    largest = numbers[table]
+    for i in range(1, rows * columns):
+        largest = ti.max(largest, numbers[table + i])
+    return largest + ti.max(0.0, numbers[record + JUMP])
+
+
+@ti.func
+def coefficient_or_largest(numbers: ti.template(), laws, law, speed, pressure, held):
+    """Return mu of a law at a slip speed [m/s] and a pressure [Pa], the largest one if held is 1."""
+    mu = 0.0
+    if held == 1:
+        mu = largest_coefficient(numbers, laws, law)
+    else:
+        mu = coefficient(numbers, laws, law, speed, pressure)
+    return mu
 
 
 @ti.func
@@ -156,6 +183,7 @@ def set_coefficients(
     """Set the coefficient of all rows (every = 1), or of those with a new partner; step [s]: the next one.
 
     first = 1: there is no step before. A slave whose masters have several laws takes their mean with its weights.
+    Rows of the law HELD have not met a partner yet in the start solve of a run that goes on from another one.
     """
     slots, count = ti.static(rows.options.slots), node_count(contact)
     areas = FIRST + NODE * count
@@ -165,7 +193,11 @@ def set_coefficients(
         r = item(contact, turn)
         k = r // slots
         law = law_of_row(obstacles, rows, coupling, contact, k, r)
-        changed = first == 1 or law != number_of(rows, r, rows.at.law)
+        before = number_of(rows, r, rows.at.law)
+        held = ti.select(before == HELD and first == 0, 1, 0)
+        changed = first == 1 or law != before
+        if held == 1 and law < 0.0:
+            changed = False
         if changed:
             set_number(rows, r, rows.at.law, law)
             speed = speed_now(body, boundary, obstacles, rows, coupling, contact, k, r, rate)
@@ -182,10 +214,12 @@ def set_coefficients(
                     area = row_number(coupling, own, AREA)
                     for i in range(entry(coupling, FIRST_ENTRY, own), entry(coupling, FIRST_ENTRY, own + 1)):
                         share, pair = weight(coupling, i), entry(coupling, SIDES, i) // 2
-                        mu += share * coefficient(contact.friction, laws, pair, speed, pressing / ti.max(area, 1e-300))
+                        pressure = pressing / ti.max(area, 1e-300)
+                        mu += share * coefficient_or_largest(contact.friction, laws, pair, speed, pressure, held)
                         limit += share * contact.friction[laws + FRICTION_LAW * pair + SHEAR_LIMIT]
             if paired == 0:
-                mu = coefficient(contact.friction, laws, int(law), speed, pressing / ti.max(area, 1e-300))
+                pressure = pressing / ti.max(area, 1e-300)
+                mu = coefficient_or_largest(contact.friction, laws, int(law), speed, pressure, held)
                 limit = contact.friction[laws + FRICTION_LAW * int(law) + SHEAR_LIMIT]
             set_number(rows, r, rows.at.coefficient, ti.max(0.0, mu))
             set_number(rows, r, rows.at.shear_limit, ti.max(0.0, limit) * area)

@@ -16,6 +16,8 @@ All ranks add in one order and so have equal bits, and decide alike.
 
 import functools
 
+from ..contact.friction import STEP
+from ..contact.friction_laws import set_coefficients
 from ..contact.islands import first_node
 from ..contact.obstacle_rows import fill_rows
 from ..contact.pair_rows import collect as collect_forces
@@ -95,6 +97,9 @@ def make_rank_copies(
             if phase == MEASURE:
                 fill_rows(obstacles, rows, contact, body.u)
                 fill_pair_rows(coupling, contact, boundary, rows, body)
+                if ti.static(options.varied and options.static_friction):
+                    step = contact.friction[STEP]
+                    set_coefficients(body, boundary, obstacles, rows, coupling, contact, 0, 0, step)
                 measure_nodes(body, contact, None, measured)
             elif phase == ASSEMBLE:
                 assemble_pairs(body, boundary, contact, rows, coupling, system, measured, island)

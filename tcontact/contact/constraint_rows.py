@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..device import arrays
+from ..kernels.lanes import HELD
 
 if TYPE_CHECKING:
     from ..kernels.language.bundles import RowPlaces
@@ -37,6 +38,14 @@ class ConstraintRows:
         values = arrays.get(self.values).reshape(-1, self.slots, self.places.width)
         values[:, :, self.places.coefficient] = self._coefficients
         values[nodes, -1, self.places.coefficient] = special
+        arrays.set_values(self.values, values.reshape(-1))
+
+    def go_on(self) -> None:
+        """Let the start solve keep the friction with which another run ended, where coefficients vary."""
+        if self.places.law < 0:
+            return
+        values = arrays.get(self.values).reshape(-1, self.slots, self.places.width)
+        values[:, :, self.places.law] = HELD
         arrays.set_values(self.values, values.reshape(-1))
 
     def pressing(self) -> np.ndarray:

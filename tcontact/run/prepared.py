@@ -50,9 +50,18 @@ def _warn_steep(scene: Scene, planned: Plan) -> None:
         )
 
 
-def start_terms(run: Run, layers: tuple[LayerState | None, ...], pairs: PairMemory | None) -> None:
-    """Start from the friction layers of another run, one for each body, and from what its pairs of bodies remember."""
+def start_terms(
+    run: Run, layers: tuple[LayerState | None, ...], pairs: PairMemory | None, goes_on: bool = False
+) -> None:
+    """Start from the friction layers of another run, one for each body, and from what its pairs of bodies remember.
+
+    goes_on: the run starts from the end of another one, whose friction the nodes are in equilibrium with.
+    """
     go_on(run.domains, run.scene, pairs)
+    for domain in run.domains if goes_on else ():
+        rows = getattr(domain.contact, "rows", None)
+        if rows is not None:
+            rows.go_on()
     for state, left in zip(run.states, layers, strict=bool(layers)):
         if left is not None:
             state.start_layers(left)

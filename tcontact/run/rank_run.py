@@ -290,7 +290,7 @@ def simulate_on_ranks(
                 if asked.points:
                     new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
                 keeper = _keeper(team, options, folder, new, recorder, head, kept)
-        start_terms(run, asked.layers, asked.pairs)
+        start_terms(run, asked.layers, asked.pairs, kept is not None)
         with ProgressBar(scene.duration, "simulate", progress and team.leads) as bar:
             if recorder is None or folder is None:
                 return run.go(asked.frames, None, bar, started)

@@ -158,7 +158,7 @@ def simulate(
         if said is not None:
             run.warn(said)
         if folder is None:
-            start_terms(run, layers, pairs)
+            start_terms(run, layers, pairs, initial is not None)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
                 return run.go(frames, None, bar, started)
         check_folder(folder)
@@ -174,7 +174,7 @@ def simulate(
             if points:  # a run made again for `resume` starts without them: checkpoints always hold the state
                 new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
             keeper = Keeper(options, folder, new, recorder, head, kept)
-        start_terms(run, layers, pairs)  # after the fingerprints of the new run
+        start_terms(run, layers, pairs, initial is not None)  # after the fingerprints of the new run
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
 
