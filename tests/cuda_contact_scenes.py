@@ -285,7 +285,7 @@ def paved():
 
 
 def leant():
-    """A block held from behind beside a plane that leans, with friction: its stable step alone is searched."""
+    """Return a block held from behind beside a plane that leans, with friction: its stable step alone is searched."""
     mesh = tc.box_mesh((0.2, 0.15, 0.1), (3, 2, 2)).rotated(TURN)
     body = tc.Body(mesh, LAW, contact="zmin", supports=[tc.Support("zmax", "xyz")], formulation="full")
     contact = tc.MasslessContact("normal", cell_viscosity=1.0)

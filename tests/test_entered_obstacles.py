@@ -13,7 +13,7 @@ FLOOR = tc.Plane((0.0, 0.0, -0.001), name="floor")
 
 
 def told(contact, obstacle=FLOOR, model="default", duration=0.02, speed=3.0):
-    """Warnings of the run of a cube that falls at an obstacle."""
+    """Return the warnings of the run of a cube that falls at an obstacle."""
     mesh = tc.box_mesh((0.1, 0.1, 0.1), (3, 3, 3))
     body = tc.Body(mesh, material("linear"), (0.0, 0.0, -speed), contact=contact, name="cube")
     with warnings.catch_warnings(record=True):
@@ -34,7 +34,7 @@ def test_a_wrong_contact_face_is_told_of_with_depth_and_remedy():
 
 @pytest.mark.parametrize("contact", ["zmin", "auto", ["zmin", "zmax"]])
 def test_bodies_that_are_held_are_told_of_nothing(contact):
-    """Also a body that bounces, and one whose soft penalty gives way as a whole."""
+    """A body that bounces, and one whose soft penalty gives way as a whole, are not told of."""
     assert not told(contact)
 
 

@@ -12,7 +12,7 @@ from tcontact.run.end_checks import hourglass_warning
 
 
 def strip(layers, formulation="reduced"):
-    """A strip of cubes that is held at one end and swings in its first bending motion for a quarter of its period."""
+    """Return a strip of cubes, held at one end, that swings in its first bending motion for a quarter of its period."""
     mesh = tc.box_mesh((0.1, 0.01, 0.01), (10 * layers, layers, layers))
     quarter = 0.25 * 2.0 * np.pi / (1.8751**2 * 0.01 / 0.1**2 * np.sqrt(1e7 / 1000.0 / 12.0))
 

@@ -11,12 +11,12 @@ TURN = np.array([[np.cos(0.3), np.sin(0.3), 0.0], [-np.sin(0.3), np.cos(0.3), 0.
 
 
 def leaning(angle):
-    """A plane through the y axis, turned about it by an angle [rad]."""
+    """Return a plane through the y axis, turned about it by an angle [rad]."""
     return tc.Plane(normal=(np.sin(angle), 0.0, np.cos(angle)))
 
 
 def landed(obstacles, scheme, left, velocity, height=1e-3):
-    """A block of 4 x 1 x 1 cells, from x = left on, that lands on the obstacles and is pressed on them at the end."""
+    """Return 4 x 1 x 1 cells, from x = left on, that land on the obstacles and are pressed on them at the end."""
     mesh = tc.box_mesh(size=(0.1, 0.04, 0.04), cells=(4, 1, 1), origin=(left, 0.0, height))
     body = tc.Body(mesh, RUBBER, velocity, contact="zmin")
     return run(tc.Scene([body], obstacles, duration=1.5e-3, contact=tc.MasslessContact("full")), scheme)

@@ -21,7 +21,7 @@ LAWS = {
 
 
 def pressed(law, partner, duration, cells=(3, 2, 2)):
-    """A block that is pressed on a plane or on another block and slides with full removal."""
+    """Return a block that is pressed on a plane or on another block and slides with full removal."""
     material = tc.LinearElastic(YOUNG, 0.0, 1000.0)
     body = tc.Body(
         tc.box_mesh((0.15, 0.1, 0.1), cells),

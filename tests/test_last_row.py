@@ -15,7 +15,7 @@ SAME = 1e-12  # of the largest value
 
 
 def block(counts=(3, 3, 4), at=(0.0, 0.0, 1e-4), velocity=(1.0, 0.5, -8.0), **given):
-    """A block above the plane z = 0, whose contact nodes stick and slip as they come to rest."""
+    """Return a block above the plane z = 0, whose contact nodes stick and slip as they come to rest."""
     mesh = tc.box_mesh(SIZE, counts).translated(at)
     return tc.Body(mesh, LAW, velocity=velocity, contact="zmin", **given)
 

@@ -14,7 +14,7 @@ PAIR = [tc.Pair("a", "b")]
 
 
 def scene(one, other, contact="massless", pairs=None, sets=("auto", "auto"), **options):
-    """The scene of two bodies "a" and "b" of these meshes, which are a pair by name unless `pairs` says otherwise."""
+    """Return two bodies "a" and "b" of these meshes as a scene, a pair by name unless `pairs` says otherwise."""
     bodies = [
         tc.Body(mesh, soft(), contact=faces, name=name, displacement=options.pop(f"displaced_{name}", None))
         for mesh, faces, name in zip((one, other), sets, "ab", strict=True)
@@ -23,18 +23,18 @@ def scene(one, other, contact="massless", pairs=None, sets=("auto", "auto"), **o
 
 
 def cubes(offset, cells, kind="hex8"):
-    """Two cubes of edge 0.1, the second one moved."""
+    """Return two cubes of edge 0.1, the second one moved."""
     return [tc.box_mesh((0.1,) * 3, (cells,) * 3, kind, origin=origin) for origin in ((0, 0, 0), offset)]
 
 
 def started(made):
-    """Whether the start of a scene is accepted."""
+    """Return whether the start of a scene is accepted."""
     check_starts(tc.plan(made).domains, [body.initial_displacement for body in made.bodies])
     return True
 
 
 def cut(mesh, kept):
-    """The mesh of the cells whose centres [m, 3] `kept` chooses."""
+    """Return the mesh of the cells whose centres [m, 3] `kept` chooses."""
     return mesh.with_sets(cell_sets={"kept": np.flatnonzero(kept(mesh.cell_centres()))}).part("kept")
 
 
@@ -136,7 +136,7 @@ def test_facets_of_rings_that_fit_are_accepted(kind, gap):
 
 
 def test_hulls_overlap_by_the_depth_of_the_origin_in_the_hull_of_their_differences():
-    """Random tetrahedra against a convex hull in three dimensions, which knows of no axes."""
+    """Random tetrahedra are judged by a convex hull in three dimensions too, which knows of no axes."""
     from scipy.spatial import ConvexHull
 
     generator = np.random.default_rng(4)

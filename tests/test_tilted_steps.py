@@ -19,7 +19,7 @@ ANGLES = [0.0, 5.0, 18.8014, 22.8, 30.0, 45.0]
 
 
 def leaning(angle):
-    """A block that is held from behind over a plane with friction, both turned by an angle in degrees."""
+    """Return a block that is held from behind over a plane with friction, both turned by an angle in degrees."""
     turn = rotation_matrix(((0.3, 1.0, 0.2), np.radians(angle)))
     mesh = tc.box_mesh((0.2, 0.15, 0.1), (3, 2, 2)).rotated(turn)
     body = tc.Body(mesh, material("linear"), contact="zmin", supports=[tc.Support("zmax", "xyz")])
@@ -29,7 +29,7 @@ def leaning(angle):
 
 @pytest.mark.parametrize("angle", ANGLES)
 def test_the_step_is_that_of_the_dense_eigenvalue_at_every_angle(angle):
-    """Of the third search, which begins with the momenta of those before; once these grew on massless normals until
+    """The step of the third search begins with the momenta of those before; once these grew on massless normals until
     the step was two thirds too long, negative or no number at all. Held nodes make the true step longer."""
     share, _ = limit(leaning(angle), BETA, searches=3)
     assert share == pytest.approx(SAFETY, rel=1e-3)
