@@ -8,9 +8,11 @@ from scenes import material
 
 import tcontact as tc
 from tcontact.commands.info import contents
+from tcontact.planning.measured import Layout
 from tcontact.results import report
 from tcontact.results.acting_force import acting_force
 from tcontact.results.files.vtkhdf import ResultData, ResultFile
+from tcontact.run.peaks import Peaks
 from tcontact.show import notebook, plots
 from tcontact.show.page.facts import ledger_rows
 from tcontact.show.render.key_frame import key_frame
@@ -133,3 +135,14 @@ def test_the_largest_values_count_every_step(kept):
     for name in ("energy_error_max", "contact_force_max"):
         assert report.run_attributes(thin)[name] == report.run_attributes(full)[name]
     assert f"energy error {full.peaks['energy_error']:.2g}" in repr(thin)
+
+
+def test_largest_values_of_a_checkpoint_are_taken_over_with_or_without_their_time():
+    """Checkpoints of earlier versions hold the start, the change and the forces, without the time of the change."""
+    peaks = Peaks(Layout())
+    forces = np.arange(1.0, 1.0 + len(peaks.names))
+    for saved, when in ((np.array([2.0, 0.5, *forces]), 0.0), (np.array([2.0, 0.5, 1e-3, *forces]), 1e-3)):
+        peaks.restore(saved)
+        assert (peaks.change, peaks.when) == (0.5, when)
+        assert peaks.columns(1.0) == {"energy_error": 0.5} | dict(zip(peaks.names, forces, strict=True))
+        assert np.array_equal(peaks.checkpoint(), [2.0, 0.5, when, *forces])

@@ -44,5 +44,7 @@ class Peaks:
 
     def restore(self, saved: np.ndarray) -> None:
         """Set the state that `checkpoint` returned."""
-        start, self.change, self.when = saved[:3].tolist()
-        self._start, self._largest = None if np.isnan(start) else start, np.array(saved[3:])
+        numbers, self._largest = np.split(saved, [len(saved) - len(self.names)])
+        start, self.change = numbers[:2].tolist()
+        self.when = float(numbers[2]) if len(numbers) > 2 else 0.0  # earlier versions kept no time
+        self._start = None if np.isnan(start) else start
