@@ -53,7 +53,7 @@ def test_a_block_that_strikes_a_wall_is_not_named():
 
 
 def test_flow_counts_as_deformation_and_rounding_as_none():
-    """Of metals the modes and the whole are with what they dissipated; energies of rounding have no share."""
+    """The share of a metal counts what its modes and its flow dissipated; energies of rounding have none."""
     time = np.array([0.0, 1.0, 2.0])
     rows = {"time": time, "kinetic": np.ones(3), "elastic": np.array([0.0, 1.0, 0.5]), "hourglass": time * 0.1}
     assert "reached 0.2 of the largest energy of deformation (at t = 2 s)" in hourglass_warning(rows, 0.0)

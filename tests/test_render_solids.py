@@ -59,7 +59,7 @@ def test_mesh_lies_on_the_surface_and_faces_the_bodies(obstacle):
 
 
 def test_mesh_reaches_around_what_is_seen():
-    """Of a large ball and an endless cylinder the part near the body, fine enough to look round."""
+    """A large ball and an endless cylinder are drawn near the body alone, fine enough to look round."""
     for obstacle in (SHAPES[1], SHAPES[3], SHAPES[4]):
         points, _ = drawn(obstacle).mesh(0.0, CENTRE, RADIUS)
         foot = CENTRE - obstacle.gap(CENTRE[None])[0] * obstacle.normal_at(CENTRE[None])[0]

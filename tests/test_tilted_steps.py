@@ -77,7 +77,7 @@ def test_a_mode_without_stiffness_leaves_the_step():
 
 @pytest.mark.parametrize("step", [-2e-3, 0.0, np.nan])
 def test_what_is_no_step_is_refused_with_the_body(step):
-    """Whatever a search has found, time goes forward."""
+    """A step that would not let time go forward ends the run, whatever search has found it."""
     body = tc.Body(tc.box_mesh((1.0, 1.0, 1.0), (1, 1, 1)), material("linear"))
     found = SimpleNamespace(elastic=1e-3, damped=step, plan=SimpleNamespace(label="ramp", body=body))
     with pytest.raises(tc.InputError, match=r"material of ramp = .*no stable step is found"):

@@ -6,6 +6,8 @@ edges, unless an edge of one pierces the other (Ericson, Real-Time Collision Det
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 FIRST, AT_ONCE = 64, 1 << 17  # pairs at once, the nearest boxes first
@@ -153,14 +155,26 @@ def winding_number(point: np.ndarray, triangles: np.ndarray) -> float:
     return float(np.arctan2(_dot(a, np.cross(b, c)), below).sum() / (2.0 * np.pi))
 
 
-def pieces(count: int, triangles: np.ndarray) -> np.ndarray:
+def _pieces(count: int, triangles: np.ndarray) -> np.ndarray:
     """Return a node of every connected piece of a surface of so many nodes."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
     start, end = triangles.ravel(), np.roll(triangles, 1, axis=1).ravel()
-    _pieces, label = connected_components(coo_matrix((np.ones(len(start)), (start, end)), (count, count)), False)
+    _count, label = connected_components(coo_matrix((np.ones(len(start)), (start, end)), (count, count)), False)
     return np.unique(label, return_index=True)[1]
+
+
+def pieces_inside(points: np.ndarray, triangles: np.ndarray, around: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield a node [3] [m] of every piece of a surface that lies within another one.
+
+    points [n, 3] [m], triangles [m, 3] (nodes): of the surface; around [k, 3, 3] [m]: triangles of the other one, which
+    is closed. A node of a piece decides where no surfaces cut.
+    """
+    low, high = around.min(axis=(0, 1)), around.max(axis=(0, 1))
+    for node in points[_pieces(len(points), triangles)]:
+        if (node > low).all() and (node < high).all() and winding_number(node, around) > 0.5:
+            yield node
 
 
 def triangles_of(faces: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...mesh.geometry import cells_at
 from ...mesh.hull_overlap import Hulls, Overlaps, hulls_of, overlaps
-from ...mesh.triangle_distance import pieces, point_to_triangle, triangles_of, winding_number
+from ...mesh.triangle_distance import pieces_inside, point_to_triangle, triangles_of
 from ...planning.domain import Domain
 from .coupling import Coupling
 from .surfaces import SMOOTH, Facing, area_vectors, flatness
@@ -145,10 +145,8 @@ def _nested(
         triangles.append(triangles_of(numbers.reshape(faces.shape)))
     for one, other in ((0, 1), (1, 0)):
         around = points[other][triangles[other]]
-        low, high = around.min(axis=(0, 1)) + least, around.max(axis=(0, 1)) - least
-        for node in points[one][pieces(len(points[one]), triangles[one])]:
-            if (node > low).all() and (node < high).all() and winding_number(node, around) > 0.5:
-                depth = float(point_to_triangle(np.broadcast_to(node, (len(around), 3)), around).min())
-                if depth > least:
-                    return depth, node
+        for node in pieces_inside(points[one], triangles[one], around):
+            depth = float(point_to_triangle(np.broadcast_to(node, (len(around), 3)), around).min())
+            if depth > least:
+                return depth, node
     return None

@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...mesh.triangle_distance import pieces, smallest_distance, triangles_of, winding_number
+from ...mesh.triangle_distance import pieces_inside, smallest_distance, triangles_of, winding_number
 from ...scene.body import Body
 from ...scene.pairs import hindrance
 from ...scene.scene import Scene
@@ -193,10 +193,8 @@ def _inside(nodes: np.ndarray, other: np.ndarray, surface: Surface, period: np.n
 
 def _nested(first: np.ndarray, own: np.ndarray, second: np.ndarray, other: np.ndarray) -> bool:
     """Return whether a piece of one body lies within the other: one node of a piece decides where no surfaces cut."""
-    for points, triangles, around in ((first, own, second[other]), (second, other, first[own])):
-        low, high = around.min(axis=(0, 1)), around.max(axis=(0, 1))
-        for node in pieces(len(points), triangles):
-            inside = (points[node] > low).all() and (points[node] < high).all()
-            if inside and winding_number(points[node], around) > 0.5:
-                return True
-    return False
+    return any(
+        True
+        for points, triangles, around in ((first, own, second[other]), (second, other, first[own]))
+        for _ in pieces_inside(points, triangles, around)
+    )
