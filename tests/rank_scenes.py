@@ -291,6 +291,35 @@ def uneven_laws():
     )
 
 
+def hung():
+    """Ranks share the contact of two bodies that springs and rigid parts hold, with a table of coefficients."""
+    coefficients = [[0.4, 0.35, 0.3], [0.3, 0.25, 0.2], [0.1, 0.1, 0.05]]
+    table = tc.FrictionTable([0.0, 1.0, 10.0], [0.0, 1e5, 1e6], coefficients)
+    springs = [tc.Spring("zmax", 2e5, damping=300.0), tc.Spring("zmax", 1e5, to=("second", "zmax"))]
+    parts = [tc.RigidPart("zmax", mass=0.5)]
+    first = block(counts=(5, 4, 3), contact="zmin", springs=springs, rigid_parts=parts)
+    second = block("neo", counts=(3, 3, 3), at=(0.3, 0.0, 1e-4), contact="zmin", name="second")
+    contact = tc.MasslessContact(removal="full", tolerance=EXACT)
+    return tc.Scene([first, second], [tc.Plane()], 1.5e-3, contact=contact, friction=table)
+
+
+def mashed():
+    """Ranks share the contact of a metal with bulk viscosity that flows, one side of it driven as a rigid part."""
+    material = tc.ElastoPlastic(2.3e7, 0.27, 1350.0, tc.LinearHardening(5e4, 1e6), specific_heat=900.0)
+    driven = [tc.RigidPart("zmax", velocity=(1.0, 0.5, -8.0), driven=True)]
+    body = block(material, counts=(5, 4, 4), contact="zmin", velocity=(1.0, 0.5, -8.0), rigid_parts=driven)
+    contact = tc.MasslessContact(removal="normal", tolerance=EXACT)
+    return tc.Scene([body], [tc.Plane()], 1.5e-3, contact=contact, viscosity=tc.BulkViscosity())
+
+
+def scraped():
+    """Ranks share viscous contact cells of two bodies that slide on each other."""
+    lower = block("neo", counts=(3, 3, 4), at=(0.003, -0.004, -0.1201), velocity=(0.0, 0.0, 0.0), contact="zmax")
+    bodies = [lower, block("neo", counts=(4, 3, 3), contact="zmin", velocity=(4.0, 0.0, -8.0))]
+    contact = tc.MasslessContact(removal="normal", tolerance=EXACT)
+    return tc.Scene(bodies, duration=1.4e-3, contact=contact, friction=tc.Coulomb(0.2))
+
+
 def squeezed():
     """Ranks share a penalty between two bodies of which one is of a law whose stable step is followed."""
     lower = block("neo", counts=(3, 3, 4), at=(0.003, -0.004, -0.1201), velocity=(0.0, 0.0, 3.0), contact="zmax")
@@ -315,6 +344,9 @@ EVERY = (
     squeezed,
     uneven_laws,
     tied,
+    hung,
+    mashed,
+    scraped,
 )
 SCENES = {one.__name__: one for one in EVERY}
 SCHEMES = {"crushed": tc.CentralDifference(cfl=0.2), "burst": tc.CentralDifference(dt=1.7e-4)}
@@ -330,6 +362,9 @@ CONTACT_RANKS = {
     "knocked": 3,
     "crossed": 2,
     "squeezed": 2,
+    "hung": 2,
+    "mashed": 3,
+    "scraped": 2,
 }  # of the others: as many as the model of the work says
 APART = ("crossed",)  # each body on a rank of its own
 PRESSURES = ("normal", "pushed", "pair", "walls", "crossed")  # their runs keep pressures, and so do one row at a time

@@ -30,7 +30,6 @@ from ..static.chosen_rows import choose_rows
 from ..static.control import (
     DONE,
     MINIMUM_FORCE,
-    NEXT,
     PIVOT,
     REACH,
     SETTINGS,
@@ -39,12 +38,11 @@ from ..static.control import (
     STATS,
     STIFFEST,
     TODO,
-    judge,
 )
 from ..static.mprgp import mprgp
 from ..static.pair_sliding import accelerated
 from ..static.residual import assemble_node, note_measure, rounding_of_node, set_right
-from ..static.solve import conclude, make_linearise
+from ..static.solve import conclude, judge_island, make_linearise
 from ..static.sweeps import move
 from .rank_phases import ASSEMBLE, FIRST, INVERT, ISLAND_AT, LINEARISE, MEASURE, MEASURED, PHASE, RENEW, RESULT, SOLVE
 from .rank_solve import assemble_parts, invert_diagonals, measure_nodes
@@ -90,6 +88,7 @@ def make_rank_copies(
         launch: ti.template(),
     ):  # fmt: skip
         control, measured, stats = ti.static(launch.control, launch.measured, system.stats)
+        viscous = ti.static(launch.viscous_cells)
         ti.loop_config(serialize=True)
         for _ in range(1):
             phase, island = int(control[PHASE]), int(control[ISLAND_AT])
@@ -100,13 +99,12 @@ def make_rank_copies(
                 if ti.static(options.varied and options.static_friction):
                     step = contact.friction[STEP]
                     set_coefficients(body, boundary, obstacles, rows, coupling, contact, 0, 0, step)
-                measure_nodes(body, contact, None, measured)
+                measure_nodes(body, contact, viscous, measured)
             elif phase == ASSEMBLE:
                 assemble_pairs(body, boundary, contact, rows, coupling, system, measured, island)
-                judge(stats, system.settings, island, int(control[FIRST]))
-                stats[at + NEXT] = DONE
+                judge_island(body, contact, system, viscous, island, int(control[FIRST]))
             elif phase == LINEARISE:
-                linearise(body, contact, pairs, system, None, island)
+                linearise(body, contact, pairs, system, viscous, island)
                 assemble_parts(body, pairs, contact, system, island)
             elif phase == INVERT:
                 weakest, stiffest = invert_diagonals(contact, system, island)

@@ -49,6 +49,7 @@ class CopiedSolve:
         self.names, self.phases = stats, rank_phases
         self.force, self.contact, self.shares, self.group = force, contact, shares, group
         self.rows = contact.pairs
+        self._viscous = contact.cell_viscosity
         self._count = len(domain.shared.nodes)
         self._scratch = arrays.zeros(rank_phases.CONTROL), arrays.zeros(rank_phases.MEASURED * self._count)
         self._launch, self._parts, self._place = self._kernel(domain, boundary, sums)
@@ -72,7 +73,7 @@ class CopiedSolve:
             **contact_bundles(contact, sums),
             "coupling": Coupling(self.rows.lists, self.rows.values),
             **solve_bundles(solve),
-            "launch": RankLaunch(*self._scratch),
+            "launch": RankLaunch(*self._scratch, None if self._viscous is None else self._viscous.data),
         }
         bundles = within_limit(bundles, solve)
         kernel = make_rank_copies(signature_of(bundles), domain.kinds, contact.options, contact.plain)
@@ -92,6 +93,8 @@ class CopiedSolve:
         names, phases, first = self.names, self.phases, 1.0
         while True:
             self.force.measure_surface(u, v)
+            if self._viscous is not None:
+                self._viscous.measure(u, v)
             self._do(u, v, phases.MEASURE)
             self._forces.add(self._scratch[1].reshape(1, -1))
             self._do(u, v, phases.ASSEMBLE, first)

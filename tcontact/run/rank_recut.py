@@ -33,7 +33,7 @@ from .rank_cut import Cut
 from .rank_recut_acting import FORMS, of_acting, restore_sensors
 from .rank_recut_contact import OF_CONTACT, OF_OBSTACLES, is_shared, of_contact
 from .rank_recut_pairs import OF_CELLS, of_pairs
-from .rank_recut_viscous import of_viscous_cells
+from .rank_recut_viscous import of_viscous_cells, of_viscous_metals
 
 AT_NODES = re.compile(r"domains\.(\d+)\.(?:u|v|start_velocity)$")
 OF_RATES = re.compile(r"shape\._rates\.(\d+)\.before$")
@@ -45,7 +45,7 @@ OF_FIRST = re.compile(
 # written in every step before it is read
 SCRATCH = re.compile(
     r"domains\.\d+\.(?:_counted|_kick|_before|supports\.speeds|boundary_nodes\.mass|serial\.(?:sums|control)"
-    r"|internal_force\.(?:rows|special_force|node_sums|cell_sums|parameters|memory))$"
+    r"|internal_force\.(?:rows|special_force|node_sums|cell_sums|parameters|memory|bulk_viscosity))$"
     r"|limits\.\d+\.force\.|shape\._rates\.\d+\._arrays\.|team\."
 )
 OF_PART = ("team.", "parts.", "domains.", "limits.", "shape._rates.")  # what every rank makes of its own part
@@ -82,6 +82,7 @@ def restore_parts(run: Run, planned: Plan, stored: Sequence[store.Stored], team:
         )
     made = of_acting(run, cuts, stored[0].found, parts, shapes)
     made |= of_contact(run, cuts, stored, parts) | of_viscous_cells(run, cuts, stored, parts)
+    made |= of_viscous_metals(run, cuts, stored, parts)
     for number, cut in enumerate(cuts):
         if copied[number]:
             part = None if parts is None else parts[number]

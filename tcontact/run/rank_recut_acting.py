@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..device import arrays
+from ..kernels import rigid_places as at
 from ..kernels.lanes import GRAVITY
 from ..kernels.load_places import ENTRIES, ENTRY, FACE, FACES, FORCE, HEAD, NODE, NODES, STARTED
 from ..planning.partition.domain_part import DomainPart
@@ -52,6 +53,15 @@ def _motion(place: Place, data: np.ndarray) -> np.ndarray:
     return np.array(arrays.get(place.state.contact.obstacles.motion))
 
 
+def _rigid(place: Place, data: np.ndarray) -> np.ndarray:
+    """Return the records of the rigid bodies from a checkpoint; poses of driven ones are made anew for every launch."""
+    own = np.array(arrays.get(place.state.rigid.values))
+    end = int(own[at.ARMS_AT])
+    for kept in (slice(at.REACH, at.FIRST_STEP + 1), slice(at.HEAD, end)):
+        own[kept] = data[kept]
+    return own
+
+
 def _loads(place: Place, data: np.ndarray) -> np.ndarray:
     """Return the loads of the boundary nodes at the level of a checkpoint, and what the next step needs of them."""
     state, domain = place.state, place.state.domain
@@ -84,6 +94,7 @@ FORMS: dict[re.Pattern[str], Callable[[Place, np.ndarray], np.ndarray]] = {
     for path, make in {
         r"contact\.obstacles\.records": _records,
         r"contact\.obstacles\.motion": _motion,
+        r"rigid\.values": _rigid,
         r"boundary_nodes\.load": _loads,
         r"internal_force\.parameters": _parameters,
     }.items()

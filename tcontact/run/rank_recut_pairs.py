@@ -16,7 +16,7 @@ from ..planning.partition.domain_part import DomainPart
 from .rank_cut import Cut
 
 # of the cells of a rank, and written in every step before it is read; what only a contact that ranks share has
-OF_CELLS = re.compile(r"domains\.\d+\.contact\.(?:static_solve\.pairs\.|residual_shares$|shared$)")
+OF_CELLS = re.compile(r"domains\.\d+\.contact\.(?:static_solve\.pairs\.|cell_viscosity\.|residual_shares$|shared$)")
 
 
 def of_pairs(state: Any, cut: Cut, part: DomainPart | None, path: str, found: dict[str, np.ndarray]) -> None:

@@ -1,4 +1,4 @@
-"""The state of viscous contact cells, for a run that goes on with another number of ranks.
+"""The state of viscous contact cells, and of metals with bulk viscosity, on another number of ranks.
 
 Every rank has the displacement of its boundary nodes at the last time level, and the part of the viscous force there
 that its own contact cells gave. The power of a step is linear in that force: in the new run the owner of a node takes
@@ -13,6 +13,7 @@ import numpy as np
 
 from ..contact.massless_contact import MasslessContactTerm
 from ..device import arrays
+from ..planning.domain_packs import massless_count
 from ..planning.partition.domain_part import DomainPart
 from .checkpoint import store
 from .loop import Run
@@ -44,5 +45,29 @@ def of_viscous_cells(
         if part is not None:
             values[1, ~np.isin(state.domain.boundary, part.owned)] = 0.0
         own[names.NUMBERS :][: values.size] = values.reshape(-1)
+        found[path] = own
+    return found
+
+
+def of_viscous_metals(
+    run: Run, cuts: Sequence[Cut], stored: Sequence[store.Stored], parts: Sequence[DomainPart] | None
+) -> dict[str, np.ndarray]:
+    """Return by path what the bulk viscosity of metals keeps of this rank: where its massless nodes were before.
+
+    The rates of the cells behind it are written in every step before they are read.
+    """
+    found = {}
+    for number, (state, cut) in enumerate(zip(run.domains, cuts, strict=True)):
+        force, path = state.internal_force, f"domains.{number}.internal_force.bulk_viscosity"
+        if force.bulk_viscosity is None:
+            continue
+        own, whole = np.array(arrays.get(force.bulk_viscosity)), np.zeros((len(cut.domain.reference), 3))
+        for rank, one in enumerate(stored):
+            if path in one.found:
+                nodes = cut.boundary_of(rank)[: massless_count(cut.parts[rank].domain if cut.parts else cut.domain)]
+                whole[nodes] = one.found[path][1 : 1 + 3 * len(nodes)].reshape(-1, 3)
+        mine = state.domain.boundary[: massless_count(state.domain)]
+        values = whole[mine if parts is None else parts[number].nodes[mine]]
+        own[1 : 1 + values.size] = values.reshape(-1)
         found[path] = own
     return found

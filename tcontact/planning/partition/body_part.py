@@ -66,7 +66,8 @@ def acting_nodes(plan: BodyPlan, tied: np.ndarray, touching: bool = True) -> np.
     body, inside = plan.body, np.zeros(plan.node_count, dtype=bool)
     rows = np.setdiff1d(np.arange(len(plan.boundary)), _plainly_held(plan))
     if not touching:
-        rows = np.unique(plan.support_rows[plan.driven >= 0])
+        driven = plan.support_rows[plan.driven >= 0]
+        rows = np.unique(np.concatenate([driven, *(rigid.nodes for rigid in plan.rigid)])).astype(np.int64)
         if plan.contact is not None and plan.contact.graph is not None:
             inside[held_nodes(plan.contact)] = True
     inside[plan.boundary[rows]] = True

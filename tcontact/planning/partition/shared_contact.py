@@ -24,7 +24,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...mesh.geometry import Blocks
 from ...scene.contact_models import MasslessContact
-from ...scene.friction_models import Coulomb, RegularizedCoulomb
+from ...scene.friction_models import FrictionLayer
 from ...scene.scene import Scene
 from ..applied_loads import loaded_nodes
 from ..body_plan import BodyPlan, held_nodes
@@ -44,12 +44,10 @@ def hindrance(scene: Scene, domain: Domain) -> str:
         return "contact nodes that supports hold"
     if domain.obstacles:
         return "obstacles that move freely"
-    if scene.friction is not None and type(scene.friction) not in (Coulomb, RegularizedCoulomb):
-        return "friction that varies"
+    if isinstance(scene.friction, FrictionLayer):
+        return "friction layers"
     if domain.images is not None:
         return "periodic sides"
-    if scene.springs or any(body.rigid for body in domain.bodies):
-        return "springs or rigid parts"
     if is_copied(domain) and any(_is_loaded(body) for body in domain.bodies):
         return "loads or driven supports on contact nodes of pairs"
     return _hindrance_of_solve(scene, domain) if isinstance(scene.contact, MasslessContact) else ""
@@ -59,10 +57,6 @@ def _hindrance_of_solve(scene: Scene, domain: Domain) -> str:
     """Return what keeps the static solve of a domain on one rank, or ""."""
     if any(_holds_together(body) for body in domain.bodies) and not is_copied(domain):
         return "contact nodes that supports hold"
-    if domain.viscous_cells and is_copied(domain):
-        return "viscous contact cells of pairs"
-    if domain.viscosity is not None and domain.plastic:
-        return "bulk viscosity of metals"
     if projected(scene, domain.bodies) and not is_copied(domain):
         return "MPRGP"
     return ""
