@@ -239,6 +239,8 @@ def test_a_scene_replaces_no_arrays_that_are_not_its_own(tmp_path):
     own = tc.Scene([tc.Body(shaken, tc.NeoHookean(1e7, 0.3, 1e3))], duration=1e-5)
     with pytest.raises(tc.InputError, match="TOML file"):
         tc.save_scene(own, tmp_path / "scene.npz")
+    with pytest.raises(tc.InputError, match="scenes are written as TOML"):
+        tc.save_scene(own, tmp_path / "scene.json")
     (tmp_path / "part-mesh-0.npz").write_bytes(b"of somebody")
     with pytest.raises(tc.InputError, match=r"part-mesh-0\.npz is there already"):
         tc.save_scene(own, tmp_path / "part.toml")

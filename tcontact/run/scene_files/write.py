@@ -27,6 +27,7 @@ from .classes import METALS, NESTED, RUN, SCENE_PARTS, word_of
 from .toml import to_toml
 
 UNWRITABLE = "a function of time has no plain data"
+OTHER_FORMATS = (".json", ".yaml", ".yml", ".xml")  # in which no scene is written
 INLINE = 24  # numbers of an array; longer ones go to the .npz file
 
 
@@ -35,8 +36,9 @@ def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
 
     path: the TOML file; long arrays go to NAME.npz beside it (boxes of `box_mesh` are written as such).
     Velocities and displacements given as functions are written as arrays. Raises `InputError` for motions of obstacles
-    and supports, loads and gravity that are functions of time, which have no plain data, and for a file that cannot be
-    written, or beside which another .npz file has the name of its arrays.
+    and supports, loads and gravity that are functions of time, which have no plain data, for a name that ends like that
+    of another format, and for a file that cannot be written, or beside which another .npz file has the name of its
+    arrays.
     """
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
@@ -45,6 +47,8 @@ def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
         raise InputError("path", path, "give the name of a TOML file")
     if file.suffix == ".npz":
         raise InputError("path", str(file), "arrays of the scene have this name; give the name of a TOML file")
+    if file.suffix.lower() in OTHER_FORMATS:
+        raise InputError("path", str(file), "scenes are written as TOML; give the name of a TOML file")
     writer = Writer(file.with_suffix(".npz").name)
     data = writer.scene(scene, run)
     text = to_toml(data)
