@@ -320,6 +320,20 @@ def scraped():
     return tc.Scene(bodies, duration=1.4e-3, contact=contact, friction=tc.Coulomb(0.2))
 
 
+def rubber():
+    """Ranks share contacts that MPRGP solves: a rubber of nearly constant volume, and a second body of tall cells.
+
+    The law of the latter is linear, and a side of its contact set is held.
+    """
+    law = tc.NeoHookean(2.3e7, 0.46, 1350.0)
+    tall = tc.box_mesh((0.04, 0.04, 0.1), (4, 4, 2)).translated((0.3, 0.0, 1e-4))
+    held = [tc.Support("xmin", "y")]
+    second = tc.Body(tall, LAWS["linear"], velocity=(0.0, 1.0, -6.0), contact="zmin", supports=held)
+    contact = tc.MasslessContact(removal="full", tolerance=EXACT)
+    body = block(law, counts=(5, 4, 3), contact="zmin")
+    return tc.Scene([body, second], [tc.Plane()], 1e-3, contact=contact, gravity=(0.0, 0.0, -9.81))
+
+
 def squeezed():
     """Ranks share a penalty between two bodies of which one is of a law whose stable step is followed."""
     lower = block("neo", counts=(3, 3, 4), at=(0.003, -0.004, -0.1201), velocity=(0.0, 0.0, 3.0), contact="zmax")
@@ -347,6 +361,7 @@ EVERY = (
     hung,
     mashed,
     scraped,
+    rubber,
 )
 SCENES = {one.__name__: one for one in EVERY}
 SCHEMES = {"crushed": tc.CentralDifference(cfl=0.2), "burst": tc.CentralDifference(dt=1.7e-4)}
@@ -365,6 +380,7 @@ CONTACT_RANKS = {
     "hung": 2,
     "mashed": 3,
     "scraped": 2,
+    "rubber": 2,
 }  # of the others: as many as the model of the work says
 APART = ("crossed",)  # each body on a rank of its own
 PRESSURES = ("normal", "pushed", "pair", "walls", "crossed")  # their runs keep pressures, and so do one row at a time

@@ -32,16 +32,18 @@ SCENES = (
     "hung",
     "mashed",
     "scraped",
+    "rubber",
 )
 # all changes of all scenes with --slow alone: test_rank_runs.py has in every run what is left out from two ranks to one
 SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 CHANGES = {
-    (2, 1): tuple(name for name in SCENES if SLOW or name not in ("pair", "metal", "held")),
+    (2, 1): tuple(name for name in SCENES if SLOW or name not in ("pair", "metal", "held", "rubber")),
     (1, 2): SCENES if SLOW else ("normal", "sensed", "varied", "crossed", "hung", "scraped"),
     (2, 3): SCENES if SLOW else ("pair", "metal", "held", "varied", "squeezed"),
 }
 BOUND = 1e-11  # of the largest value
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
+BY_MPRGP = ("rubber",)  # rounding errors change the number of its products, not what they give
 
 
 def on(ranks, *words):
@@ -85,7 +87,7 @@ def test_a_run_goes_on_with_another_number_of_ranks(whole, stopped, tmp_path, be
         assert str(two["reason"]) == "finished"
         assert not list((folder / name).rglob("checkpoint*"))
         for key in one.files:
-            if key == "reason" or key in NOISE:
+            if key == "reason" or key in NOISE or (name in BY_MPRGP and key == "sweeps"):
                 continue
             assert one[key].shape == two[key].shape, (name, key)
             scale = scale_of(key, one)

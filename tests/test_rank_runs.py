@@ -15,6 +15,7 @@ from tcontact.planning.planning import plan
 from tcontact.results.files.vtkhdf import ResultData
 
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
+BY_MPRGP = ("rubber",)  # rounding errors change the number of its products, not what they give
 CANCEL = {"contact_force": "pair_force:lower-upper", "impulse": "pair_force:lower-upper"}
 SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 # test_rank_recut.py says of most of these in every run that two ranks and one process give the same
@@ -75,13 +76,16 @@ def units(known):
     return found | dict.fromkeys(("contact_force", "support_force", "applied_force"), force)
 
 
-def unlike(known, found):
-    """Return the values of a run on several ranks that are not those of one process: (name, difference, size)."""
+def unlike(known, found, noise=NOISE):
+    """Return the values of a run on several ranks that are not those of one process: (name, difference, size).
+
+    noise: columns of the history that are not compared.
+    """
     wrong = []
     scales = units(known)
     for key in known.files:
         column = key.removeprefix("history ")
-        if key == "reason" or column in NOISE:
+        if key == "reason" or column in noise:
             continue
         bound = 1e-6 if key.startswith("pressure") else 1e-11  # records hold float32
         unit = scales.get(column, 0.0)
@@ -102,7 +106,7 @@ def test_a_run_on_several_ranks_is_that_on_one(alone, together, count, name):
     assert str(found["reason"]) == str(known["reason"]) == REASONS.get(name, "finished")
     assert found["steps"] == known["steps"]
     assert abs(found["limit"] / known["limit"] - 1.0) < 1e-10
-    assert unlike(known, found) == []
+    assert unlike(known, found, (*NOISE, "sweeps") if name in BY_MPRGP else NOISE) == []
 
 
 @pytest.mark.parametrize(("count", "name"), CASES)

@@ -1,4 +1,4 @@
-"""The static solve of pairs of bodies on ranks that all have every contact node, in phases between which they add up.
+"""The static solve by projections on ranks that all have every contact node, in phases between which they add up.
 
 The ranks share the contact cells. Each of them has all constraint rows, the whole right side and the whole K_KK, and
 does the whole solve, so that products and projections need no message; the host launches the phases and adds what
@@ -8,8 +8,8 @@ the cells give (tcontact/contact/copied_solve.py):
     assemble     right sides and constraints, residual; what is left to do
     linearise    parts of K_KK of the cells of this rank                                 -> summed over the ranks
     invert       diagonal blocks
-    solve        MPRGP (mprgp.py), with friction pair_sliding.py; x_K += B d; whether another measure is needed
-    renew        whether rows must be built anew where the nodes are now
+    solve        MPRGP (mprgp.py), pairs with friction pair_sliding.py; x_K += B d; whether another measure is needed
+    renew        whether rows of pairs must be built anew where the nodes are now
 
 All ranks add in one order and so have equal bits, and decide alike.
 """
@@ -27,25 +27,11 @@ from ..language.bundles import ContactOptions
 from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
 from ..static.chosen_rows import choose_rows
-from ..static.control import (
-    DONE,
-    MINIMUM_FORCE,
-    PIVOT,
-    REACH,
-    SETTINGS,
-    SOLVES,
-    STALE,
-    STATS,
-    STIFFEST,
-    TODO,
-)
-from ..static.mprgp import mprgp
-from ..static.pair_sliding import accelerated
+from ..static.control import MINIMUM_FORCE, PIVOT, REACH, SETTINGS, STALE, STATS, STIFFEST
 from ..static.residual import assemble_node, note_measure, rounding_of_node, set_right
-from ..static.solve import conclude, judge_island, make_linearise
-from ..static.sweeps import move
+from ..static.solve import judge_island, make_linearise, solve_island
 from .rank_phases import ASSEMBLE, FIRST, INVERT, ISLAND_AT, LINEARISE, MEASURE, MEASURED, PHASE, RENEW, RESULT, SOLVE
-from .rank_solve import assemble_parts, invert_diagonals, measure_nodes
+from .rank_solve import assemble_copies, assemble_parts, invert_diagonals, measure_nodes
 
 
 @ti.func
@@ -79,7 +65,7 @@ def make_rank_copies(
     signature: of its bundles; cells, plain: as in `make_linearise`; options: of the contact.
     """
     linearise = make_linearise(cells, options.block, plain)
-    block = options.block
+    block, coupled = options.block, options.coupled
 
     @ti.func
     def rank_copies(
@@ -95,13 +81,18 @@ def make_rank_copies(
             at = island * STATS
             if phase == MEASURE:
                 fill_rows(obstacles, rows, contact, body.u)
-                fill_pair_rows(coupling, contact, boundary, rows, body)
+                if ti.static(coupled):
+                    fill_pair_rows(coupling, contact, boundary, rows, body)
                 if ti.static(options.varied and options.static_friction):
                     step = contact.friction[STEP]
                     set_coefficients(body, boundary, obstacles, rows, coupling, contact, 0, 0, step)
                 measure_nodes(body, contact, viscous, measured)
             elif phase == ASSEMBLE:
-                assemble_pairs(body, boundary, contact, rows, coupling, system, measured, island)
+                if ti.static(coupled):
+                    assemble_pairs(body, boundary, contact, rows, coupling, system, measured, island)
+                else:
+                    found = assemble_copies(body, boundary, contact, rows, system, measured, island)
+                    note_measure(system, island, found[0], found[1], found[2])
                 judge_island(body, contact, system, viscous, island, int(control[FIRST]))
             elif phase == LINEARISE:
                 linearise(body, contact, pairs, system, viscous, island)
@@ -110,20 +101,10 @@ def make_rank_copies(
                 weakest, stiffest = invert_diagonals(contact, system, island)
                 stats[at + PIVOT], stats[at + STIFFEST], stats[at + STALE] = weakest, stiffest, 0.0
             elif phase == SOLVE:
-                if stats[at + TODO] != DONE:
-                    solved = 0
-                    if ti.static(options.static_friction):
-                        solved = accelerated(contact, rows, coupling, system, island, block)
-                    else:
-                        solved = mprgp(contact, rows, coupling, system, island, block)
-                    if solved == 0:
-                        stats[at + TODO] = DONE
-                        stats[at + SOLVES] = 0.0
-                if stats[at + TODO] != DONE:
-                    move(body.u, contact, system, island)
-                conclude(contact, system, island)
-            elif phase == RENEW:
-                fill_pair_rows(coupling, contact, boundary, rows, body)
-                control[RESULT] = float(is_stale(coupling, boundary, contact, rows, body))
+                solve_island(body, contact, rows, coupling, system, island, block)
+            if ti.static(coupled):
+                if phase == RENEW:
+                    fill_pair_rows(coupling, contact, boundary, rows, body)
+                    control[RESULT] = float(is_stale(coupling, boundary, contact, rows, body))
 
     return compiled_with(kernel_of(rank_copies, signature, options=options), **KEEP_VECTORS, **LEAVE_TO_LLVM)

@@ -7,7 +7,7 @@ How it works, in the order of a step of the explicit scheme:
     term              the contact set, its islands and the contact force, which every kind of contact has
     massless_contact  load of the massless nodes and their prediction; static_solve then places them
     shared_solve      the same solve where several ranks have contact nodes (shared_islands: what they exchange)
-    copied_solve      the same solve of pairs of bodies, which every rank does as a whole
+    copied_solve      the same by projections, as of pairs of bodies, which every rank does as a whole
     bundles           the arrays of all these as the kernels take them
     friction          Coulomb's law on the kicks and in the static solve; layered_friction limits it by a layer of metal
     device_layers     what layered_friction keeps, on a GPU, which steps the layers

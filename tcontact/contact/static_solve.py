@@ -66,7 +66,7 @@ class StaticSolve:
         self.friction = scene.largest_friction
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         self.coupled = bool(domain.pairs)
-        self.projected = self.coupled or (described is None and projected(scene, domain.bodies))
+        self.projected = projected(scene, domain.bodies) if described is None else described[0].projected
         components = response_components(scene, block, slots, self.coupled, self.projected)
         room = len(contact.nodes) + ghosts + SWEEP_LANES - 1
         whole, own = (domain, islands) if described is None else described

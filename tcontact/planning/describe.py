@@ -35,7 +35,7 @@ from .measured import raw_groups
 from .node_volumes import volume_arrays
 from .packing import CellPacks
 from .springs import part_carriers, planned_ends, spring_rates
-from .static_solver import projected, response_components, static_solver
+from .static_solver import response_components, static_solver
 from .sweep_order import sweep_order
 
 REAL, WHOLE = 8, 4  # bytes of a number
@@ -211,7 +211,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             graph, block = contact.graph, contact.block
             order = sweep_order(graph, block)  # padded to lanes
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
-            solver = bool(domain.pairs) or projected(plan.scene, domain.bodies)
+            solver = domain.projected
             components = response_components(plan.scene, block, slots, bool(domain.pairs), solver)
             size += count * REAL * (components - block - 1)
             size += len(domain.residual_receivers[1]) * WHOLE

@@ -17,6 +17,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..kernels.lanes import DEVICE_ROWS, MAXIMUM_ROWS
 from ..mesh.elements import Element
+from ..scene.contact_models import MasslessContact
 from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.materials import Material
 from ..scene.pairs import BodyPair
@@ -28,7 +29,7 @@ from .body_plan import SMALL, BodyPlan, ContactPlan, PlanBlock
 from .contact_graph import joined
 from .removal import connected
 from .rigid import RigidPlan, free_obstacles
-from .static_solver import static_solver
+from .static_solver import projected, static_solver
 
 
 @dataclass(frozen=True)
@@ -94,9 +95,10 @@ class Domain:
     numbers: of the bodies in the scene; pairs: its bodies that are in contact with each other; springs: those of its
     bodies; obstacles: rigid bodies of the obstacles, if some move freely; chunks: chunks of its cells (packing.py),
     None = as many as suit the threads; mixed: its ordinary cells compute in float32 (kernels/cells/mixed_cells.py);
-    records_friction: frames hold slip and friction work of its contact nodes; node_start, contact_start [bodies + 1]:
-    first node and contact node of a body; boundary_place: for every body, places [s] of its boundary nodes among those
-    of the domain; rigid: rigid bodies that move with it. The rest is as in `BodyPlan`, of all bodies.
+    projected: MPRGP, or what solves for pairs, places its massless nodes; records_friction: frames hold slip and
+    friction work of its contact nodes; node_start, contact_start [bodies + 1]: first node and contact node of a body;
+    boundary_place: for every body, places [s] of its boundary nodes among those of the domain; rigid: rigid bodies that
+    move with it. The rest is as in `BodyPlan`, of all bodies.
     """
 
     shared: Any = None
@@ -116,6 +118,7 @@ class Domain:
         self.obstacles = obstacles
         self.chunks: int | None = None
         self.mixed = False
+        self.projected = False
         self.records_friction = False
         contacts = [body.contact for body in bodies]
         self.node_start = _starts([body.node_count for body in bodies])
@@ -425,7 +428,7 @@ def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]
         _check_shared(scene, [bodies[number] for number in groups.get((-1,), [])])
     numbers = list(groups.values()) or [[]]
     numbers[0] = sorted(numbers[0] + alone)
-    return tuple(
+    domains = tuple(
         Domain(
             tuple(bodies[number] for number in group),
             tuple(group),
@@ -435,6 +438,10 @@ def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]
         )
         for group in numbers
     )
+    for domain, key in zip(domains, groups, strict=False):  # without any group there is one domain, without contact
+        massless = isinstance(scene.contact, MasslessContact)
+        domain.projected = massless and (bool(key[1]) if key[0] >= 0 else projected(scene, domain.bodies))
+    return domains
 
 
 def _check_shared(scene: Scene, bodies: list[BodyPlan]) -> None:

@@ -11,8 +11,9 @@ the graph of the whole contact, which every rank has planned:
 
 Contact nodes with mass need none of these: every copy computes its own contact force from what all copies have alike.
 
-With pairs of bodies every rank with contact cells has all contact nodes, those without cells of its own as copies too
-(`is_copied`). The ranks add the forces of the contact cells and K_KK, and each does the whole search and solve.
+With pairs of bodies, or where MPRGP solves, every rank with contact cells has all contact nodes, those without cells of
+its own as copies too (`is_copied`). The ranks add the forces of the contact cells and K_KK, and each does the whole
+search and solve.
 """
 
 from __future__ import annotations
@@ -30,7 +31,6 @@ from ..applied_loads import loaded_nodes
 from ..body_plan import BodyPlan, held_nodes
 from ..contact_graph import ContactGraph
 from ..domain import Domain
-from ..static_solver import projected
 from .contact_parts import ContactPart, contact_part, receiver_ranks
 from .graph_part import graph_part, ranges
 
@@ -49,22 +49,16 @@ def hindrance(scene: Scene, domain: Domain) -> str:
     if domain.images is not None:
         return "periodic sides"
     if is_copied(domain) and any(_is_loaded(body) for body in domain.bodies):
-        return "loads or driven supports on contact nodes of pairs"
-    return _hindrance_of_solve(scene, domain) if isinstance(scene.contact, MasslessContact) else ""
-
-
-def _hindrance_of_solve(scene: Scene, domain: Domain) -> str:
-    """Return what keeps the static solve of a domain on one rank, or ""."""
-    if any(_holds_together(body) for body in domain.bodies) and not is_copied(domain):
+        return "loads or driven supports on contact nodes that all ranks have"
+    massless = isinstance(scene.contact, MasslessContact) and not is_copied(domain)
+    if massless and any(_holds_together(body) for body in domain.bodies):
         return "contact nodes that supports hold"
-    if projected(scene, domain.bodies) and not is_copied(domain):
-        return "MPRGP"
     return ""
 
 
 def is_copied(domain: Domain) -> bool:
     """Return whether every rank that shares the contact of a domain has all its nodes."""
-    return bool(domain.pairs)
+    return bool(domain.pairs) or domain.projected
 
 
 def _is_loaded(plan: BodyPlan) -> bool:
@@ -148,7 +142,7 @@ class SharedContact:
     rows to which cells of others contribute; pairs [p, 2]: contact node and receiver, a boundary node of the part, that
     this rank serves; receiver_counts [k]: number of all receivers of a contact node; receivers [r]: boundary nodes of
     the part that receive something from some rank; receivers_shared: those of which others have copies, as places in
-    `receivers`.
+    `receivers`; copied: every rank of the contact has all its nodes, see `is_copied`.
     """
 
     nodes: np.ndarray
@@ -168,6 +162,7 @@ class SharedContact:
     receiver_counts: np.ndarray
     receivers: np.ndarray
     receivers_shared: Lists
+    copied: bool
 
 
 class ContactCut:
@@ -297,6 +292,8 @@ def shared_contact(
         found, entries = graph_part(graph, nodes, owned | cut.copied, ghosts, cells)
     bodies = [number for number, body in enumerate(domain.bodies) if body.contact is not None]
     islands, ranks = tuple(bodies.index(body) for body, _ in here), tuple(cut.ranks_of(body) for body in bodies)
+    if cut.copied:
+        ranks = (cut.ranks,) * len(bodies)
     if domain.pairs:  # which join all bodies
         islands, ranks = (0,) if here else (), (cut.ranks,)
     single = graph is None or cut.copied  # nothing is handed over
@@ -324,6 +321,7 @@ def shared_contact(
         cut.receiver_counts[nodes],
         receivers,
         tuple((other, np.searchsorted(receivers, rows[np.isin(rows, receivers)])) for other, rows in shared),
+        cut.copied,
     )
 
 

@@ -90,7 +90,8 @@ class RankState(DomainState):
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
         self._rows = 1 if self._asks else int(team.smallest(len(self._raw)))
         # of other bodies, on other ranks too; a GPU can take a block with metals again
-        one_by_one = team.any(bool(domain.pairs) or (domain.plastic and not on_device))
+        copied = domain.shared is not None and domain.shared.copied
+        one_by_one = team.any(bool(domain.pairs) or copied or (domain.plastic and not on_device))
         self._rows = 1 if one_by_one and on_device else self._rows
         self._kept: Rewind | DeviceSteps | None = None
         if not one_by_one and self._rows > 1:
@@ -130,7 +131,7 @@ class RankState(DomainState):
                 teams.append(group)
         if isinstance(contact, MasslessContactTerm) and self.serial is not None and self.boundary_nodes is not None:
             parts = team, domain, self.internal_force, self.boundary_nodes, contact, self.serial.sums, shares
-            if not domain.pairs:
+            if not shared.copied:
                 self.serial.copies = SharedSolve(*parts, teams)
             else:
                 others = [other for other in shared.ranks[0] if other != team.rank]
