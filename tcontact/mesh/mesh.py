@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import chain
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -266,8 +267,11 @@ class Mesh:
         Nodes and cells keep their order; sets without any of them are left out. So instances of an assembly become
         bodies of their own. Raises `InputError` for an unknown name.
         """
-        known = f"use one of the cell sets of this mesh: {', '.join(self.cell_sets) or 'it has none'}"
-        cells = [self.cell_sets[name] for name in self._known(names, list(self.cell_sets), known)]
+
+        def remedy() -> str:
+            return f"use one of the cell sets of this mesh: {', '.join(self.cell_sets) or 'it has none'}"
+
+        cells = [self.cell_sets[name] for name in self._known(names, self.cell_sets, remedy=remedy)]
         sets = self.node_sets, self.face_sets, self.cell_sets
         return Mesh(**part_of(self, *sets, np.unique(np.concatenate(cells))))
 
@@ -323,22 +327,25 @@ class Mesh:
         volumes = [cell_volumes(self.nodes, cells, kind) for kind, cells in self.blocks]
         return checks.read_only(volumes[0] if len(volumes) == 1 else np.concatenate(volumes))
 
-    def _known(self, names: str | Iterable[str], known: list[str], remedy: str) -> list[str]:
+    def _known(self, names: str | Iterable[str], *known: Mapping[str, Any], remedy: Callable[[], str]) -> list[str]:
+        """Return names as a list; known: sets, of which one must have each. Raises `InputError` with the remedy."""
         try:
             wanted = [names] if isinstance(names, str) else list(names)
         except TypeError as error:
-            raise InputError("set", names, remedy) from error
+            raise InputError("set", names, remedy()) from error
         if not wanted:
-            raise InputError("set", names, remedy)
+            raise InputError("set", names, remedy())
         for name in wanted:
-            if not isinstance(name, str) or name not in known:
-                raise InputError("set", name, hint(name, known) + remedy)
+            if not isinstance(name, str) or not any(name in sets for sets in known):
+                raise InputError("set", name, hint(name, list(dict.fromkeys(chain(*known)))) + remedy())
         return wanted
 
     def _known_surfaces(self, names: str | Iterable[str]) -> list[str]:
-        known = list(dict.fromkeys([*self.face_sets, *self.node_sets]))
-        remedy = f"use one of the sets of this mesh: {', '.join(known)}" if known else "this mesh has no sets; add some"
-        return self._known(names, known, remedy)
+        def remedy() -> str:
+            known = ", ".join(dict.fromkeys([*self.face_sets, *self.node_sets]))
+            return f"use one of the sets of this mesh: {known}" if known else "this mesh has no sets; add some"
+
+        return self._known(names, self.face_sets, self.node_sets, remedy=remedy)
 
     def _faces_of_one(self, name: str) -> IntArray:
         skin = self._surface

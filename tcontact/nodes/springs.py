@@ -16,7 +16,7 @@ def spring_numbers(domain: Domain, groups: tuple[str, ...]) -> np.ndarray:
     """Return the numbers of the springs of a domain; groups: of the columns in its raw rows."""
     from ..kernels.nodes import springs as names
 
-    ends = [planned_ends(domain, spring) for spring in domain.springs]
+    ends = planned_ends(domain)
     values, entries = np.zeros((len(ends), SPRING_NUMBERS)), 0
     for row, spring, own in zip(values, domain.springs, ends, strict=True):
         given, directions = spring.spring, spring.spring.directions
@@ -32,7 +32,7 @@ def spring_numbers(domain: Domain, groups: tuple[str, ...]) -> np.ndarray:
     parts = [end for own in ends for end in own]
     nodes = np.concatenate([end.nodes for end in parts])
     carried = part_of_nodes(domain)[nodes] >= 0
-    carriers = [part_carriers(domain, spring) for spring in domain.springs]
+    carriers = part_carriers(domain)
     counts = np.array([len(own) for own in carriers])
     values[:, names.LAST_CARRIER] = np.cumsum(counts)
     values[:, names.FIRST_CARRIER] = np.cumsum(counts) - counts

@@ -34,7 +34,7 @@ from .domain_packs import pack_domain
 from .measured import raw_groups
 from .node_volumes import volume_arrays
 from .packing import CellPacks
-from .springs import part_carriers, planned_ends, spring_rates
+from .springs import part_carriers, planned_ends
 from .static_solver import response_components, static_solver
 from .sweep_order import sweep_order
 
@@ -109,7 +109,7 @@ def _named(block: PlanBlock) -> str:
 
 def _springs(domain: Domain) -> str:
     """Return the number of the springs, and whether they shorten the stable step."""
-    rate = max(spring_rates(domain).values())
+    rate = max(domain.spring_rates.values())
     cells = 1.0 / min(
         (spanned_heights(block.own.own.kind, domain.reference, block.cells).min() / block.material.wave_speed)
         for block in domain.blocks
@@ -187,8 +187,8 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
         result["supports"] += len(domain.support_rows) * (WHOLE + REAL) + WHOLE
         result["supports"] += DRIVEN_AXIS * axes * domain.table_rows * REAL
     if domain.springs:
-        entries = sum(len(end.nodes) for spring in domain.springs for end in planned_ends(domain, spring))
-        carriers = sum(part_carriers(domain, spring).size for spring in domain.springs)
+        entries = sum(len(end.nodes) for ends in planned_ends(domain) for end in ends)
+        carriers = sum(own.size for own in part_carriers(domain))
         numbers = SPRING_HEAD + SPRING_NUMBERS * len(domain.springs) + SPRING_ENTRY * entries + carriers
         result["boundary-nodes"] += numbers * REAL
     if domain.images is not None:

@@ -14,22 +14,18 @@ from typing import Any
 
 import numpy as np
 
-from ..base.errors import InputError
 from ..kernels.lanes import DEVICE_ROWS, MAXIMUM_ROWS
 from ..mesh.elements import Element
-from ..scene.contact_models import MasslessContact
 from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.materials import Material
 from ..scene.pairs import BodyPair
 from ..scene.periodic import Images
-from ..scene.scene import Scene
 from ..scene.springs import SceneSpring
 from ..scene.supports import Support
 from .body_plan import SMALL, BodyPlan, ContactPlan, PlanBlock
 from .contact_graph import joined
-from .removal import connected
-from .rigid import RigidPlan, free_obstacles
-from .static_solver import projected, static_solver
+from .rigid import RigidPlan
+from .springs import spring_rates
 
 
 @dataclass(frozen=True)
@@ -145,6 +141,11 @@ class Domain:
             *self.obstacles,
             *(replace(part, nodes=place[part.nodes]) for body, place in parts for part in body.rigid),
         )
+
+    @cached_property
+    def spring_rates(self) -> dict[int, float]:
+        """Bounds of omega^2 [1/s^2] of masses on springs, by the number of the body (springs.py)."""
+        return spring_rates(self)
 
     @cached_property
     def tied(self) -> np.ndarray:
@@ -382,76 +383,3 @@ class Domain:
 
 def _starts(counts: list[int]) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-
-
-def _can_touch(body: BodyPlan) -> bool:
-    return body.contact is not None and len(body.contact.nodes) > 0
-
-
-def _joined_bodies(scene: Scene, number: int) -> list[int]:
-    """Return the numbers of the bodies that pairs and springs connect to a body, with itself, ascending."""
-    found = set(connected(scene, number))
-    while True:
-        more = found.union(*(spring.bodies for spring in scene.springs if spring.bodies & found))
-        more = more.union(*(connected(scene, other) for other in more))
-        if more == found:
-            return sorted(found)
-        found = more
-
-
-def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]:
-    """Group the bodies into domains: one for each number of massless components and solver of the static solve.
-
-    These choose different kernels. Bodies that pairs or springs connect have a domain of their own; bodies that cannot
-    touch anything join the first domain. Obstacles that move freely feel all bodies at once: those that can touch
-    something share a domain then, with all that springs connect to them.
-    """
-    moving = free_obstacles(scene)
-    groups: dict[tuple[int, ...], list[int]] = {}
-    alone = []
-    for number, body in enumerate(bodies):
-        together = _joined_bodies(scene, number)
-        paired = {one for pair in scene.body_pairs for one in (pair.first, pair.second)}
-        if moving and any(_can_touch(bodies[one]) for one in together):
-            groups.setdefault((-1,), []).append(number)
-            continue
-        if len(together) > 1 and any(one in paired or _can_touch(bodies[one]) for one in together):
-            groups.setdefault((-1, *together), []).append(number)
-            continue
-        if body.contact is None or not len(body.contact.nodes):
-            alone.append(number)
-            continue
-        massless = body.contact.graph is not None
-        kind = body.contact.block if massless else 0, int(massless and static_solver(scene, body).projected)
-        groups.setdefault(kind, []).append(number)
-    if moving:
-        _check_shared(scene, [bodies[number] for number in groups.get((-1,), [])])
-    numbers = list(groups.values()) or [[]]
-    numbers[0] = sorted(numbers[0] + alone)
-    domains = tuple(
-        Domain(
-            tuple(bodies[number] for number in group),
-            tuple(group),
-            tuple(pair for pair in scene.body_pairs if pair.first in group),
-            tuple(spring for spring in scene.springs if spring.bodies & set(group)),
-            moving if group is numbers[0] else (),
-        )
-        for group in numbers
-    )
-    for domain, key in zip(domains, groups, strict=False):  # without any group there is one domain, without contact
-        massless = isinstance(scene.contact, MasslessContact)
-        domain.projected = massless and (bool(key[1]) if key[0] >= 0 else projected(scene, domain.bodies))
-    return domains
-
-
-def _check_shared(scene: Scene, bodies: list[BodyPlan]) -> None:
-    """Refuse obstacles that move freely between bodies that do not fit into one domain. Raises `InputError`."""
-    model = scene.contact
-    massless = [body for body in bodies if body.contact is not None and body.contact.graph is not None]
-    if not scene.body_pairs and len({static_solver(scene, body).projected for body in massless}) > 1:
-        remedy = "bodies that touch an obstacle that moves freely share a static solver; use 'gauss-seidel'"
-        raise InputError("MasslessContact.solver", getattr(model, "solver", None), remedy)
-    kicked = any(body.inverses[: len(body.contact.nodes)].any() for body in bodies if body.contact is not None)
-    if scene.body_pairs and scene.friction is not None and kicked:
-        remedy = "friction of obstacles that move freely beside pairs of bodies needs MasslessContact(removal='full')"
-        raise InputError("Scene.contact", model, f"{remedy} without supports on contact nodes")

@@ -8,6 +8,8 @@ such limit: along the normal of planes of one direction, else along the normals 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..base.errors import FunctionError, InputError
@@ -39,7 +41,7 @@ def check_full(scene: Scene, index: int, normal: bool = True) -> None:
         )
 
 
-def fast_metal(scene: Scene, numbers: list[int]) -> bool:
+def fast_metal(scene: Scene, numbers: Sequence[int]) -> bool:
     """Return whether one of these bodies is a metal in an impact that is too fast for full removal."""
     return any(impact_number(scene, number) > SLOW for number in numbers)
 
@@ -70,11 +72,10 @@ def impact_speed(scene: Scene, index: int) -> float:
         fall = min(pull * scene.duration, np.sqrt(2.0 * pull * max(0.0, float(obstacle.gap(start).min(initial=0.0)))))
         towards = driven + towards
         fastest = max(fastest, float(towards.max(initial=0.0)) + _pushed(obstacle, start, normals, scene) + fall)
-    for pair in scene.body_pairs:
-        if index in (pair.first, pair.second):
-            other = scene.bodies[pair.second if index == pair.first else pair.first]
-            towards = np.einsum("ki,ki->k", velocity - other.initial_velocity.mean(axis=0), outward)
-            fastest = max(fastest, driven + float(towards.max(initial=0.0)) + other.driven_speed(scene.duration))
+    for pair in scene.pairs_at[index]:
+        other = scene.bodies[pair.second if index == pair.first else pair.first]
+        towards = np.einsum("ki,ki->k", velocity - other.initial_velocity.mean(axis=0), outward)
+        fastest = max(fastest, driven + float(towards.max(initial=0.0)) + other.driven_speed(scene.duration))
     return fastest
 
 

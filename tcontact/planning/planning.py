@@ -44,14 +44,15 @@ from .applied_loads import loaded_nodes
 from .body_plan import FRICTION_TERMS, BodyPlan, ContactPlan
 from .contact_graph import contact_graph
 from .describe import describe
-from .domain import Domain, domains_of
+from .domain import Domain
+from .domain_groups import domains_of
 from .lumped_mass import NodeMasses, node_areas
 from .measured import Layout, probe_columns
 from .node_order import grid_order, inverse, lanes_apart, lowest_nodes, renumbered_late, slab_order
 from .node_volumes import body_volumes
 from .probe_places import probe_places
 from .redistribution import redistribute
-from .removal import MasslessNodes, check_clusters, massless_nodes
+from .removal import JointRemoval, MasslessNodes, check_clusters, massless_nodes
 from .rigid import RigidPlan, names_of, rigid_parts
 from .springs import check_massless, spring_nodes
 from .static_solver import check_poisson, static_solver
@@ -165,7 +166,8 @@ def plan(scene: Scene) -> Plan:
     """
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
-    planned = Plan(scene, tuple(_plan_body(scene, index) for index in range(len(scene.bodies))))
+    joint = JointRemoval(scene)
+    planned = Plan(scene, tuple(_plan_body(scene, index, joint) for index in range(len(scene.bodies))))
     asked = scene.contact.cell_viscosity if isinstance(scene.contact, MasslessContact) else None
     massless = any(body.contact is not None and body.contact.graph is not None for body in planned.bodies)
     if asked and massless and not any(body.viscous_cells for body in planned.bodies):
@@ -200,7 +202,7 @@ def _by_blocks(body: Body, order: np.ndarray, place: np.ndarray) -> np.ndarray:
     return order
 
 
-def _plan_body(scene: Scene, index: int) -> BodyPlan:
+def _plan_body(scene: Scene, index: int, joint: JointRemoval) -> BodyPlan:
     body, label = scene.bodies[index], scene.label(index)
     mesh = body.mesh
     masses = NodeMasses(body)
@@ -215,7 +217,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     contact: ContactPlan | None = None
     massless: MasslessNodes | None = None
     if can_touch and isinstance(scene.contact, MasslessContact):
-        massless = massless_nodes(scene, index)
+        massless = massless_nodes(scene, index, joint)
         if len(massless.nodes):
             check_clusters(body, massless)
             massless = massless if body.images is None else massless.masters(body.images)

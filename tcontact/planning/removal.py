@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,20 +43,54 @@ class MasslessNodes:
         return replace(self, nodes=self.nodes[kept], basis=self.basis[kept], rank=self.rank[kept])
 
 
-def choose_removal(scene: Scene, index: int) -> str:
+class JointRemoval:
+    """The removal that bodies share which pairs connect to each other, found once for each such group of bodies."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self._normals: dict[int, np.ndarray | None] = {}  # by the first body of a group
+        self._removals: dict[int, str] = {}
+        self._checked: set[int] = set()
+
+    def normal(self, index: int) -> np.ndarray | None:
+        """Return the direction [3] along which the group of a body may lose its mass, see `common_normal`."""
+        group = self.scene.groups[index]
+        if group[0] not in self._normals:
+            self._normals[group[0]] = common_normal(self.scene, group)
+        return self._normals[group[0]]
+
+    def removal(self, index: int) -> str:
+        """Return "normal" or "full" for the group of a body, where the scene leaves it open."""
+        group = self.scene.groups[index]
+        if group[0] not in self._removals:
+            direction = self.normal(index)
+            full = direction is None or _rubs_held_aslant(self.scene, group, direction)
+            self._removals[group[0]] = "full" if full else "normal"
+        return self._removals[group[0]]
+
+    def check_full(self, index: int) -> None:
+        """Refuse full removal of metals in the group of a body at too fast an impact. Raises `InputError`."""
+        group = self.scene.groups[index]
+        if group[0] not in self._checked:
+            for number in group:
+                check_full(self.scene, number, self.normal(index) is not None)
+            self._checked.add(group[0])
+
+
+def choose_removal(scene: Scene, index: int, joint: JointRemoval | None = None) -> str:
     """Resolve "auto": normal removal where the normal of a node cannot turn, else full.
 
     It cannot if all obstacles within reach are planes that share one direction, none of them turns, every contact face
     faces one of them, and the body does not start with a spin that turns it by 0.05 rad in the duration. Bodies in
     contact with each other share one removal: normal if one direction serves them all (`common_normal`). A metal has
     normal removal over planes of one direction, however its faces lean, and in every fast impact (metal_removal.py).
+    joint: what is known of such groups of bodies.
     """
     assert isinstance(scene.contact, MasslessContact)
     if scene.contact.removal != "auto":
         return scene.contact.removal
-    if paired(scene, index):
-        direction = common_normal(scene, index)
-        return "full" if direction is None or _rubs_held_aslant(scene, index, direction) else "normal"
+    if scene.pairs_at[index]:
+        return (joint or JointRemoval(scene)).removal(index)
     body = scene.bodies[index]
     if fast_metal(scene, [index]):
         return "normal"
@@ -91,18 +126,12 @@ def _turn(scene: Scene, body: Body) -> float:
     return float(np.linalg.norm(spin(body, body.initial_velocity, body.initial_nodes))) * scene.duration
 
 
-def paired(scene: Scene, index: int) -> bool:
-    """Return whether a body is in contact with other bodies."""
-    return any(index in (pair.first, pair.second) for pair in scene.body_pairs)
-
-
-def common_normal(scene: Scene, index: int) -> np.ndarray | None:
-    """Return the direction [3] along which a body and all that it is connected to by pairs may lose their mass.
+def common_normal(scene: Scene, numbers: Sequence[int]) -> np.ndarray | None:
+    """Return the direction [3] along which bodies that pairs connect, with these numbers, may lose their mass.
 
     All their contact faces lie within 15 degrees of it (45 in a fast impact of metals, such as balls), none of the
     bodies turns, and an obstacle is a plane across it. None if there is no such direction.
     """
-    numbers = connected(scene, index)
     bodies = [scene.bodies[number] for number in numbers]
     limit = ONE_SIDE if fast_metal(scene, numbers) else FACING
     normals = [_outward(body) for body in bodies]
@@ -120,51 +149,41 @@ def common_normal(scene: Scene, index: int) -> np.ndarray | None:
     return direction if aligned and all(_turn(scene, body) <= SPINS for body in bodies) else None
 
 
-def _rubs_held_aslant(scene: Scene, index: int, direction: np.ndarray) -> bool:
+def _rubs_held_aslant(scene: Scene, numbers: Sequence[int], direction: np.ndarray) -> bool:
     """Return whether there is friction, and contact nodes are held along an axis neither along nor across a direction.
 
     The removed direction of such a node is not that of its contact: what friction would give to it finds no mass.
     Metals in a fast impact are left out, since they cannot lose all of it.
     """
     aslant = (np.abs(direction) > FLAT) & (np.abs(direction) < PARALLEL)
-    numbers = connected(scene, index)
     bodies = [scene.bodies[number] for number in numbers]
     held = any((~np.isnan(body.prescribed[body.contact_nodes]) & aslant).any() for body in bodies)
     return held and scene.largest_friction > 0.0 and not fast_metal(scene, numbers)
 
 
-def connected(scene: Scene, index: int) -> list[int]:
-    """Return the numbers of the bodies that pairs connect to body `index`, with itself, ascending."""
-    found = {index}
-    while True:
-        more = {number for pair in scene.body_pairs for number in (pair.first, pair.second)
-                if {pair.first, pair.second} & found}  # fmt: skip
-        if more <= found:
-            return sorted(found)
-        found |= more
-
-
-def massless_nodes(scene: Scene, index: int) -> MasslessNodes:
+def massless_nodes(scene: Scene, index: int, joint: JointRemoval | None = None) -> MasslessNodes:
     """Find the nodes of the contact set that lose mass, and their massless directions.
 
     A supported component keeps its mass; a node whose massless directions are all supported leaves K. With normal
     removal the normals are those of the obstacles within reach; for a metal, unless they are planes of one direction,
-    those of its contact faces. Raises `InputError` for full removal of a metal in a fast impact.
+    those of its contact faces. joint: what is known of bodies that pairs connect. Raises `InputError` for full removal
+    of a metal in a fast impact.
     """
     assert isinstance(scene.contact, MasslessContact)
-    body, removal = scene.bodies[index], choose_removal(scene, index)
+    joint = joint or JointRemoval(scene)
+    body, removal = scene.bodies[index], choose_removal(scene, index, joint)
     nodes = body.contact_nodes
     free = np.isnan(body.prescribed[nodes])  # [k, 3]; rigid parts have no contact nodes
     normals = np.broadcast_to(np.zeros(3), (len(nodes), 1, 3))
-    if paired(scene, index):
-        common = common_normal(scene, index)
+    if scene.pairs_at[index]:
+        common = joint.normal(index)
         if removal == "normal" and common is None:
             remedy = "bodies in contact with each other lose their normal mass only if all their contact faces lie"
             remedy += " within 15 degrees of one direction and none of them turns; use 'full' or 'auto'"
             raise InputError("MasslessContact.removal", removal, remedy)
         normals = normals if common is None else np.broadcast_to(common, normals.shape)
-        for number in connected(scene, index) if removal == "full" else ():
-            check_full(scene, number, common is not None)
+        if removal == "full":
+            joint.check_full(index)
     elif removal == "full":
         check_full(scene, index)
     elif any(material.plastic for material in body.materials) and _plane_normals(scene, body) is None:

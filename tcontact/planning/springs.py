@@ -9,8 +9,8 @@ import numpy as np
 from ..base.errors import InputError
 from ..kernels.rigid_places import FREE
 from ..scene.scene import Scene
-from ..scene.springs import SceneSpring
 from .body_plan import ContactPlan
+from .spring_eigenvalues import Shares, largest_eigenvalue
 
 
 class PlannedEnd(NamedTuple):
@@ -43,22 +43,30 @@ def check_massless(scene: Scene, index: int, place: np.ndarray, contact: Contact
             raise InputError(f"Scene.bodies[{index}].springs", label, remedy)
 
 
-def planned_ends(domain: Any, spring: SceneSpring) -> list[PlannedEnd]:
-    """Return the moving ends of a spring, one or two."""
-    images = domain.images
-    mass = domain.lumped if images is None else images.total(domain.lumped)
-    found = []
-    for end in spring.ends:
-        if end.body is not None:
-            number = domain.numbers.index(end.body)
+def planned_ends(domain: Any) -> list[list[PlannedEnd]]:
+    """Return the moving ends, one or two, of every spring of a domain."""
+    if not domain.springs:
+        return []
+    mass = domain.lumped if domain.images is None else domain.images.total(domain.lumped)
+    numbers = {body: number for number, body in enumerate(domain.numbers)}
+    rows: dict[int, np.ndarray] = {}  # of bodies with springs: number of each node among the boundary nodes
+    result = []
+    for spring in domain.springs:
+        found: list[PlannedEnd] = []
+        for end in spring.ends:
+            if end.body is None:
+                continue
+            number = numbers[end.body]
             body = domain.bodies[number]
+            if number not in rows:
+                rows[number] = np.full(len(body.reference), -1)
+                rows[number][body.boundary] = np.arange(len(body.boundary))
             nodes = np.sort(body.place[end.nodes])
-            row = np.full(len(body.reference), -1)
-            row[body.boundary] = np.arange(len(body.boundary))
-            places = domain.boundary_place[number][row[nodes]]
+            places = domain.boundary_place[number][rows[number][nodes]]
             weights = np.full(len(nodes), 1.0 / len(nodes))
             found.append(PlannedEnd(places, weights, mass[nodes + domain.node_start[number]]))
-    return found
+        result.append(found)
+    return result
 
 
 def spring_rates(domain: Any) -> dict[int, float]:
@@ -69,24 +77,28 @@ def spring_rates(domain: Any) -> dict[int, float]:
     """
     if not domain.springs:
         return {}
-    count, alone = len(domain.boundary), part_of_nodes(domain) < 0
-    weights, inverse = np.zeros((len(domain.springs), count)), np.zeros(count)
-    for number, spring in enumerate(domain.springs):
-        for end in planned_ends(domain, spring):
-            weights[number, end.nodes] += end.weights * np.sqrt(spring.spring.stiffness)
-            inverse[end.nodes] = alone[end.nodes] / end.mass
-    of_nodes = np.einsum("is,s,js->ij", weights, inverse, weights)
-    of_parts, most = _rates_at_parts(domain)
-    together, apart = (float(np.linalg.eigvalsh(each).max()) for each in (of_nodes + of_parts, of_nodes))
-    largest = min(together, apart + most)
+    alone, ends = part_of_nodes(domain) < 0, planned_ends(domain)
+    parts = [(number, end) for number, own in enumerate(ends) for end in own]
+    springs = np.repeat([number for number, _ in parts], [len(end.nodes) for _, end in parts])
+    nodes = np.concatenate([end.nodes for _, end in parts])
+    stiffness = np.sqrt([spring.spring.stiffness for spring in domain.springs])
+    weights = np.concatenate([end.weights for _, end in parts]) * stiffness[springs]
+    inverse = alone[nodes] / np.concatenate([end.mass for _, end in parts])
+    used, nodes = np.unique(nodes, return_inverse=True)
+    at_nodes = Shares(springs, nodes.reshape(-1), weights * np.sqrt(inverse), len(domain.springs), len(used))
+    at_parts, most = _rates_at_parts(domain)
+    largest = largest_eigenvalue(at_nodes)
+    if at_parts:
+        largest = min(largest_eigenvalue(at_nodes, at_parts), largest + most)
     return {number: largest for spring in domain.springs for number in spring.bodies}
 
 
-def _rates_at_parts(domain: Any) -> tuple[np.ndarray, float]:
-    """Return what the rigid parts that move freely add to [sqrt(k_i k_j) b_i.M^-1 b_j] of all springs [s, s] [1/s^2].
+def _rates_at_parts(domain: Any) -> tuple[list[tuple[np.ndarray, np.ndarray]], float]:
+    """Return what the rigid parts that move freely add to [sqrt(k_i k_j) b_i.M^-1 b_j] of all springs [1/s^2].
 
-    And the sum over the parts of the largest eigenvalue of each alone, with the directions of its arms: less where
-    several springs are at one part, more where many parts have springs of their own.
+    That is for each part with springs the numbers [m] of these and the terms [m, m]. And the sum over the parts of the
+    largest eigenvalue of each alone, with the directions of its arms: less where several springs are at one part, more
+    where many parts have springs of their own.
 
     Forces along unit vectors d_i at the arm a_i and d_j at a_j give d_i.(s_i s_j/M + [a_i]^T I^-1 [a_j]) d_j with the
     sums s of the weights and [a] d = a x d: here the largest for all directions, which no turn of a part changes. A
@@ -94,24 +106,27 @@ def _rates_at_parts(domain: Any) -> tuple[np.ndarray, float]:
     F is that at the start, and at least k a: that of a spring which stretches by its arm.
     """
     springs = domain.springs
-    carriers = [part_carriers(domain, spring) for spring in springs]
-    stretch = [0.0 if each.spring.directions else np.linalg.norm(each.rest) - each.rest_length for each in springs]
-    result, most = np.zeros((len(springs), len(springs))), 0.0
-    for number, body in enumerate(domain.rigid):
+    at: dict[int, list[tuple[int, np.ndarray]]] = {}  # springs with sum of weights and arm, by the number of the part
+    for row, own in enumerate(part_carriers(domain)):
+        for carrier in own:
+            at.setdefault(int(carrier[0]), []).append((row, carrier[1:]))
+    result, most = [], 0.0
+    for number in sorted(at):
+        body = domain.rigid[number]
         if body.kind != FREE or not len(body.nodes):
             continue
-        here, moves = [], []  # springs at the part, the motion [6, 3] that a force gives it, of kinetic energy F^2/2
+        moves = []  # the motion [6, 3] that a force on each spring gives to the part, of kinetic energy F^2/2
         root = np.linalg.inv(np.linalg.cholesky(body.inertia))
-        for row, own in enumerate(carriers):
-            for _, share, *arm in own[own[:, 0] == number]:
-                length = max(float(np.linalg.norm(arm)), 1e-200)
-                turn = root @ np.cross(np.eye(3), arm) * np.sqrt(1.0 + max(abs(stretch[row]) / length, 1.0))
-                part = np.concatenate([share / np.sqrt(body.mass) * np.eye(3), turn])
-                moves.append(np.sqrt(springs[row].spring.stiffness) * part)
-                here.append(row)
-        for row, move in zip(here, moves, strict=True):
-            result[row, here] += np.linalg.norm(move.T @ np.stack(moves), 2, axis=(1, 2))
-        most += float(np.linalg.norm(np.concatenate(moves, axis=1), 2)) ** 2 if moves else 0.0
+        for row, (share, *arm) in at[number]:
+            spring = springs[row]
+            stretch = 0.0 if spring.spring.directions else np.linalg.norm(spring.rest) - spring.rest_length
+            length = max(float(np.linalg.norm(arm)), 1e-200)
+            turn = root @ np.cross(np.eye(3), arm) * np.sqrt(1.0 + max(abs(stretch) / length, 1.0))
+            part = np.concatenate([share / np.sqrt(body.mass) * np.eye(3), turn])
+            moves.append(np.sqrt(spring.spring.stiffness) * part)
+        terms = np.array([np.linalg.norm(move.T @ np.stack(moves), 2, axis=(1, 2)) for move in moves])
+        result.append((np.array([row for row, _ in at[number]]), terms))
+        most += float(np.linalg.norm(np.concatenate(moves, axis=1), 2)) ** 2
     return result, most
 
 
@@ -123,23 +138,26 @@ def part_of_nodes(domain: Any) -> np.ndarray:
     return found
 
 
-def part_carriers(domain: Any, spring: SceneSpring) -> np.ndarray:
-    """Return the rigid bodies that carry nodes at the ends of a spring: number, sum of weights, weighted arm [m, 5].
+def part_carriers(domain: Any) -> list[np.ndarray]:
+    """Return for every spring the rigid bodies that carry nodes at its ends: number, sum of weights, arm [m, 5].
 
-    Weights are negative at the first end. Arms [m] are those at t = 0.
+    Weights are negative at the first end. Arms [m] are weighted, and those at t = 0.
     """
-    signs = [2.0 * number - 1.0 for number, end in enumerate(spring.ends) if end.body is not None]
-    ends = list(zip(signs, planned_ends(domain, spring), strict=True))
-    found = []
-    for number, body in enumerate(domain.rigid):
-        row = np.full(len(domain.boundary), -1)
-        row[np.asarray(body.nodes, dtype=np.int64)] = np.arange(len(body.nodes))
-        if any((row[end.nodes] >= 0).any() for _, end in ends):
+    part, arms = part_of_nodes(domain), np.zeros((len(domain.boundary), 3))
+    for body in domain.rigid:
+        if len(body.nodes):
+            arms[np.asarray(body.nodes, dtype=np.int64)] = body.arms
+    result = []
+    for spring, planned in zip(domain.springs, planned_ends(domain), strict=True):
+        signs = [2.0 * number - 1.0 for number, end in enumerate(spring.ends) if end.body is not None]
+        found = []
+        for number in sorted({int(one) for end in planned for one in part[end.nodes] if one >= 0}):
             sums = np.zeros(4)
-            for sign, end in ends:
-                here = row[end.nodes] >= 0
+            for sign, end in zip(signs, planned, strict=True):
+                here = part[end.nodes] == number
                 weights = sign * end.weights[here]
                 sums[0] += weights.sum()
-                sums[1:] += weights @ np.asarray(body.arms)[row[end.nodes[here]]]
+                sums[1:] += weights @ arms[end.nodes[here]]
             found.append([number, *sums])
-    return np.array(found).reshape(-1, 5)
+        result.append(np.array(found).reshape(-1, 5))
+    return result

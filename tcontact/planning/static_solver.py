@@ -48,7 +48,7 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
     model, contact = scene.contact, body.contact
     assert isinstance(model, MasslessContact)
     assert contact is not None
-    paired = any(body.label in (scene.label(pair.first), scene.label(pair.second)) for pair in scene.body_pairs)
+    paired = body.label in scene.paired_labels
     hindrance = _hindrance(scene, contact.block, paired)
     if model.solver == "projected-gradient" and hindrance:
         remedy = f"it does not solve for {hindrance}; leave it at 'auto'"

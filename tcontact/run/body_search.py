@@ -7,7 +7,6 @@ from typing import Any
 from ..planning.body_plan import BodyPlan
 from ..planning.closed_springs import spring_areas
 from ..planning.pressure_rates import PressureRate
-from ..planning.springs import spring_rates
 from ..scene.contact_models import PenaltyContact
 from ..schemes.explicit.damped_step import ViscousForce
 from ..schemes.explicit.stable_step import StableStep
@@ -19,6 +18,6 @@ def body_search(run: Any, plan: BodyPlan, viscous_force: ViscousForce | None = N
     stiffness = contact.stiffness if isinstance(contact, PenaltyContact) and not run.scheme.implicit else None
     springs = spring_areas(run.planned.bodies, scene.body_pairs, plan) if stiffness else None
     number = next(number for number, body in enumerate(run.planned.bodies) if body is plan)
-    rate = max(spring_rates(domain).get(number, 0.0) for domain in run.planned.domains)
+    rate = max(domain.spring_rates.get(number, 0.0) for domain in run.planned.domains)
     pressure = PressureRate.of(plan, float(scene.duration))
     return StableStep(plan, scene.obstacles, stiffness, viscous_force, springs, rate, pressure)

@@ -19,9 +19,9 @@ COLUMNS = tuple(column.name for column in Layout().shown)  # columns of every hi
 class History:
     """Rows of measured values and their integrals over time, which run over every step, also when rows are thinned.
 
-    every: number of steps per row; most: largest number of rows; beyond it every second one is dropped and `every`
-    doubles; layout: columns of a row; factors: factors of integrals, by their columns; mid_step: forces of a row are
-    those of the step that ended there, not of its level.
+    every: number of steps per row; most: largest number of rows beside the last one, which is always kept; beyond it
+    every second one is dropped and `every` doubles; layout: columns of a row; factors: factors of integrals, by their
+    columns; mid_step: forces of a row are those of the step that ended there, not of its level.
     """
 
     def __init__(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
 from functools import partial
 from time import perf_counter
 from typing import Any
@@ -26,6 +25,7 @@ from ..schemes.explicit.body_view import BodyView
 from ..schemes.explicit.stable_step import coarse, largest_rate, with_viscosity
 from .body_search import body_search
 from .checkpoint.keeper import Keeper
+from .course import Course
 from .end_checks import end_warnings
 from .end_state import end_state
 from .entered import entered
@@ -46,24 +46,6 @@ LAST_CHECK = 800
 FEW_PRODUCTS = 6
 CLOSE = 0.95  # a step larger than this share of the present stable step is shortened to cfl times it
 CRUSHED = 0.05  # drop of the smallest det F after which the stable step is estimated at once
-
-
-@dataclass
-class Course:
-    """The progress of a run between two steps, which a checkpoint holds besides bodies and history.
-
-    time [s]: of the next row; before [s]: the step that ended there; due [s]: times of the frames; frames: their
-    number; first_dt [s]: first step; wall [s]: time spent on steps so far.
-    """
-
-    begun: bool = False
-    time: float = 0.0
-    before: float = 0.0
-    row: int = 0
-    due: list[float] = field(default_factory=list)
-    frames: int = 0
-    first_dt: float = 0.0
-    wall: float = 0.0
 
 
 class Run:
@@ -187,16 +169,16 @@ class Run:
                     course.wall = spent + (0.0 if first else writing - compiled - output)
                     keeper.save(self, course.row)
                     output += perf_counter() - writing
-                time, before, row_number, due = course.time, course.before, course.row, course.due
+                time, before, row_number, due = course.time, course.before, course.row, course.next_frame
                 final = time >= end or bool(cut)
                 after = 0.0 if final else self.dt
-                frame = (final and course.frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
+                frame = (final and course.frames > 0) or time >= due - 0.5 * self.dt
                 # a start that is inverted stops the run before it moves
                 strained = row_number == 0 and self._displaced
                 snapshot = self.snapshot(before, after) if final or frame or strained else None
                 many = 1
                 if snapshot is None and before == after:
-                    many = self._rows_until(min(end, due[0] - 0.5 * self.dt if due else end) - time, row_number)
+                    many = self._rows_until(min(end, due - 0.5 * self.dt) - time, row_number)
                 try:
                     done = self._step(time, before, after, many)
                 except FunctionError as error:  # nothing has moved yet: the run ends at this level
@@ -221,7 +203,7 @@ class Run:
                     except OutputError as error:
                         unwritten, stop = error, Stop("not-written", str(error))
                     output += perf_counter() - writing
-                    course.due = [when for when in due if when - 0.5 * self.dt > time]
+                    course.pass_frames(time, self.dt)
                 if stop is not None or final:
                     break
                 self._watch(row, row_number)

@@ -120,7 +120,7 @@ def resume(
             head |= {"origin": dict(options.origin) or head["origin"], "keep": options.keep or head["keep"]}
         keeper = Keeper(options, path, new, recorder, head, start)
         keeper.restored(run.course.row)
-        writing = writing_beside(path, scene, head["fields"], len(run.course.due) + 1)
+        writing = writing_beside(path, scene, head["fields"], run.course.left + 1)
         with writing as recorder.process, ProgressBar(scene.duration, "resume", progress) as bar:
             bar.update(run.course.time)
             return carry_out(run, run.course.frames, path, recorder, keeper, bar, started)

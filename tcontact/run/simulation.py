@@ -73,11 +73,11 @@ def simulate(
     None = what costs nothing during the run, "all" = also the pressure of cells, and of contact nodes with friction
     "slip_distance" [m], the path along which they slid on what they touched, and "friction_work" [J/m^2], its work over
     the area weight of the node (`plan(scene).bodies[i].contact_areas()`), both between two bodies on the slave;
-    history_rows: largest number of rows: beyond it every second one is dropped and `history_every` doubles (sums over
-    time, `Result.maxima` and `Result.peaks` still include every step, other largest values the rows that are kept; a
-    message before the run says so); precision: "f64", or "mixed": float32 arithmetic in the ordinary cells, on
-    differences of displacements that are formed in float64, all else in float64 (`tcontact.kernels.cells.mixed_cells`
-    says what that does to the errors).
+    history_rows: largest number of rows beside the last one, which is always kept: beyond it every second one is
+    dropped and `history_every` doubles (sums over time, `Result.maxima` and `Result.peaks` still include every step,
+    other largest values the rows that are kept; a message before the run says so); precision: "f64", or "mixed":
+    float32 arithmetic in the ordinary cells, on differences of displacements that are formed in float64, all else in
+    float64 (`tcontact.kernels.cells.mixed_cells` says what that does to the errors).
     Under `mpiexec -n P` the processes share the scene (docs/SCALING.md): each returns a result, the first a whole one
     (`Result.on_all_ranks`).
     comm: the communicator of mpi4py whose processes do so, None = of all that the launcher has started. With

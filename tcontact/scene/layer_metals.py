@@ -52,7 +52,7 @@ def kinds_of(scene: Any, index: int) -> dict[tuple[str, int], LayerKind]:
     for number, metal in enumerate(obstacle.metal for obstacle in scene.obstacles):
         sides = ((keeps, False), (warm, cold)) if metal is not None else ((keeps,), (warm,))
         found["obstacle", number] = LayerKind(own, metal, False, *sides)
-    for master in (pair.master for pair in scene.body_pairs if pair.slave == index):
+    for master in (pair.master for pair in scene.pairs_at[index] if pair.slave == index):
         ends, starts = (keeps, keeps_heat(scene.bodies[master])), (warm, _temperature(scene, master))
         found["body", master] = LayerKind(own, metal_of(scene, master), True, ends, starts)
     return found

@@ -11,6 +11,9 @@ depend on the axes and units of a scene.
 
 from __future__ import annotations
 
+from functools import cached_property
+from typing import NamedTuple
+
 import numpy as np
 
 FACING = -0.3  # cosine between the outward normals of two faces below which they can touch
@@ -19,24 +22,78 @@ CHUNK = 2**22  # products of a normal and a point at a time
 ROUNDED = 1.0 - 1e-6  # factor on the slack: faces that lie behind by just as much are left out, whatever rounding says
 
 
+class Group(NamedTuple):
+    """Faces of about one direction [3]: corners [p, 3] and centres [m, 3] [m], the radius of the largest one [m]."""
+
+    direction: np.ndarray
+    points: np.ndarray
+    centres: np.ndarray
+    radius: float
+
+
+class Faces:
+    """Faces with corners [k, 4|3, 3] [m], and what comparisons with those of several other bodies share."""
+
+    def __init__(self, corners: np.ndarray) -> None:
+        self.corners = corners
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """Unit outward normals [k, 3]."""
+        return unit(area_vectors(self.corners))
+
+    @cached_property
+    def balls(self) -> tuple[np.ndarray, np.ndarray]:
+        """Centres [k, 3] of the faces and radii [k] of the balls around them that hold their corners [m]."""
+        centres = self.corners.mean(axis=1)
+        return centres, np.linalg.norm(self.corners - centres[:, None], axis=2).max(axis=1)
+
+    @cached_property
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corner [3] [m] of the box around the centres."""
+        return self.balls[0].min(axis=0), self.balls[0].max(axis=0)
+
+    @cached_property
+    def largest(self) -> float:
+        """Radius [m] of the largest ball."""
+        return float(self.balls[1].max())
+
+    @cached_property
+    def groups(self) -> list[Group]:
+        """The faces in groups of one direction."""
+        found, (centres, radii) = [], self.balls
+        for mine in groups_of(self.normals):
+            direction = unit(self.normals[mine].sum(axis=0)[None])[0]
+            found.append(Group(direction, self.corners[mine].reshape(-1, 3), centres[mine], radii[mine].max()))
+        return found
+
+
 def facing_faces(corners: np.ndarray, others: np.ndarray, way: float, slack: float) -> np.ndarray:
     """Return for every face of a body whether it may meet one of another body.
 
     corners [k, 4|3, 3], others [m, 4|3, 3]: corners of the faces [m]; way: how far the bodies can come towards each
     other [m]; slack: by how much a face may lie behind another [m].
     """
+    return facing(Faces(corners), Faces(others), way, slack)
+
+
+def facing(faces: Faces, others: Faces, way: float, slack: float) -> np.ndarray:
+    """Return for every face whether it may meet one of the others, see `facing_faces`."""
     way, slack = way + ROUNDED * slack, ROUNDED * slack
-    normals, directions = unit(area_vectors(corners)), unit(area_vectors(others))
-    centres, radii = _balls(corners)
-    middles, sizes = _balls(others)
-    found = np.zeros(len(corners), dtype=bool)
-    for mine in groups_of(directions):
-        points, direction = others[mine].reshape(-1, 3), unit(directions[mine].sum(axis=0)[None])[0]
+    found = np.zeros(len(faces), dtype=bool)
+    if not len(faces) or not len(others):
+        return found
+    normals, (centres, radii) = faces.normals, faces.balls
+    for group in others.groups:
+        direction, points = group.direction, group.points
         behind = centres @ direction - (points @ direction).min()
         asked = np.flatnonzero(~found & (normals @ direction < FACING) & (behind > -slack))
         asked = asked[_farthest(normals[asked], points) - _along(normals[asked], centres[asked]) > -slack]
-        reach = way + radii[asked] + sizes[mine].max()
-        found[asked] = _near(centres[asked], middles[mine], reach)
+        reach = way + radii[asked] + group.radius
+        found[asked] = _near(centres[asked], group.centres, reach)
     return found
 
 
@@ -59,12 +116,6 @@ def area_vectors(corners: np.ndarray) -> np.ndarray:
 def unit(vectors: np.ndarray) -> np.ndarray:
     """Return vectors [k, 3] with length 1, those without length as they are."""
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None].clip(1e-300))
-
-
-def _balls(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the centres [k, 3] of faces and the radii [k] of the balls around them that hold their corners."""
-    centres = corners.mean(axis=1)
-    return centres, np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
 
 
 def _along(normals: np.ndarray, points: np.ndarray) -> np.ndarray:

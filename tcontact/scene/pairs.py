@@ -7,25 +7,25 @@ The lower one of a pair is the slave: its contact nodes get the constraint rows.
 
 from __future__ import annotations
 
-import itertools
+import graphlib
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base import validate
 from ..base.column_names import column_word
 from ..base.errors import InputError
+from .approach import Approach
 from .body import Body
 from .contact_models import MasslessContact, PenaltyContact
 from .friction_models import FrictionModel, coefficient_of
-from .meeting import area_vectors, facing_faces
-from .reach import speed_by_loads
+from .meeting import area_vectors
 
 STIFF = 4.0  # stiffness of a slave over that of its master above which a run warns
 PRODUCTS, MORE = 25.0, 34.0  # products of a static solve with a soft slave, and more for every factor of 10 (measured)
-SLACK = 1.5  # factor on the way of two bodies, for waves that add to their speed
 LEAST = float(np.finfo(float).tiny)  # [Pa], where processors take smaller numbers for 0
 
 
@@ -122,8 +122,8 @@ def hindrance(scene: Any) -> str:
     return ""
 
 
-def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
-    """Return the pairs of bodies of a scene that are in contact with each other.
+def pairs_of(scene: Any, approach: Approach) -> tuple[BodyPair, ...]:
+    """Return the pairs of bodies of a scene that are in contact with each other; approach: of their contact faces.
 
     With "auto" these are the bodies whose contact faces may meet; none where something rules out contact between
     bodies: a run then stops where bodies meet. Raises `InputError` for a list with pairs that cannot be.
@@ -136,83 +136,105 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
     if scene.pairs == "auto":
         if why_not:
             return ()
-        for first, second in itertools.combinations(range(len(scene.bodies)), 2):
-            slave = min(first, second, key=ranks.__getitem__)
-            if may_meet(scene, first, second) and not _held(scene.bodies[slave]):
-                name = column_word(f"{scene.label(first)}-{scene.label(second)}")
-                found.append(BodyPair(name, first, second, slave, friction=scene.friction))
+        for first in range(len(scene.bodies)):
+            for second in approach.near(first):
+                slave = min(first, second, key=ranks.__getitem__)
+                if second > first and not ranks[slave].held and approach.meeting(first, second).any():
+                    name = column_word(f"{scene.label(first)}-{scene.label(second)}")
+                    found.append(BodyPair(name, first, second, slave, friction=scene.friction))
         _check_pair_names(found)
         return tuple(found)
-    labels = [scene.label(index) for index in range(len(scene.bodies))]
+    labels = {scene.label(index): index for index in range(len(scene.bodies))}
     for pair in scene.pairs:
         for field in ("first", "second"):
             name = getattr(pair, field)
             if name not in labels:
                 raise InputError(f"Pair.{field}", name, f"use one of the bodies: {', '.join(labels)}")
-            if not scene.bodies[labels.index(name)].touches:
+            if not scene.bodies[labels[name]].touches:
                 raise InputError(f"Pair.{field}", name, "it has no contact faces: give its Body.contact")
         if why_not:
             raise InputError("Scene.pairs", pair.name, why_not)
-        first, second = labels.index(pair.first), labels.index(pair.second)
-        slave = min(first, second, key=ranks.__getitem__) if pair.slave is None else labels.index(pair.slave)
-        if _held(scene.bodies[slave]):
+        first, second = labels[pair.first], labels[pair.second]
+        slave = min(first, second, key=ranks.__getitem__) if pair.slave is None else labels[pair.slave]
+        if ranks[slave].held:
             remedy = (
                 "supports hold some of its contact nodes, which cannot be slaves: make the other body the slave, or"
             )
-            raise InputError("Pair.slave", labels[slave], f"{remedy} leave the held nodes out of Body.contact")
+            raise InputError("Pair.slave", scene.label(slave), f"{remedy} leave the held nodes out of Body.contact")
         friction = scene.friction if pair.friction is None else pair.friction
         found.append(BodyPair(pair.name, first, second, slave, pair.initial_gap, friction))
     _check_pair_names(found)
-    _check_order(found, labels)
+    _check_order(found, list(labels))
     return tuple(found)
 
 
 def _check_pair_names(pairs: Sequence[BodyPair]) -> None:
     """Refuse two pairs of one name, such as "a" with "b-c" and "a-b" with "c": their columns would be one."""
-    names = [pair.name for pair in pairs]
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(pair.name for pair in pairs).items():
+        if count > 1:
             raise InputError("Scene.pairs", name, "two pairs have this name in the history: rename a body")
 
 
 def _check_order(pairs: Sequence[BodyPair], labels: Sequence[str]) -> None:
     """Refuse slaves that go round in a circle, such as A of B, B of C, C of A."""
-    above = {pair.slave: {other.master for other in pairs if other.slave == pair.slave} for pair in pairs}
-    for start in above:
-        reached, front = set(), set(above[start])
-        while front:
-            reached |= front
-            front = set().union(*(above.get(body, set()) for body in front)) - reached
-        if start in reached:
-            raise InputError(
-                "Pair.slave", labels[start], "the slaves of the pairs go round in a circle; leave one None"
-            )
+    above: dict[int, set[int]] = {}
+    for pair in pairs:
+        above.setdefault(pair.slave, set()).add(pair.master)
+    try:
+        graphlib.TopologicalSorter(above).prepare()
+    except graphlib.CycleError as error:
+        start = next(body for body in above if _reaches(above, body, body))
+        remedy = "the slaves of the pairs go round in a circle; leave one None"
+        raise InputError("Pair.slave", labels[start], remedy) from error
+
+
+def _reaches(above: dict[int, set[int]], start: int, end: int) -> bool:
+    """Return whether steps from slaves to their masters lead from one body to another."""
+    reached: set[int] = set()
+    front = set(above[start])
+    while front:
+        reached |= front
+        front = set().union(*(above.get(body, set()) for body in front)) - reached
+    return end in reached
 
 
 def slave_order(pairs: Sequence[BodyPair], count: int) -> list[int]:
     """Return a place for every body such that the slave of every pair comes before its master."""
     place = [0] * count
     for _ in range(count):
+        before = list(place)
         for pair in pairs:
             place[pair.master] = max(place[pair.master], place[pair.slave] + 1)
+        if place == before:
+            break
     return place
 
 
-def _ranks(bodies: Sequence[Body]) -> list[tuple[bool, int, float, int]]:
+class Rank(NamedTuple):
+    """The key of a body in the order of slaves; held: supports hold some of its contact nodes in all components."""
+
+    held: bool
+    power: int
+    area: float
+    place: int
+
+
+def _ranks(bodies: Sequence[Body]) -> list[Rank]:
     """Return the key of every body in the order of slaves, the first one is slave of all others.
 
     Nodes that supports hold in all components cannot be slaves: bodies with such contact nodes come last.
     """
-    softest = min(_stiffness(body) for body in bodies)
+    stiffness = [_stiffness(body) for body in bodies]
+    softest = min(stiffness)
     for index, body in enumerate(bodies):
-        if not np.isfinite(_stiffness(body)):
+        if not np.isfinite(stiffness[index]):
             raise InputError(
                 f"Scene.bodies[{index}].material", body.material, "its stiffness overflows; look at the units"
             )
     keys = []
     for index, body in enumerate(bodies):
-        power = round(float(np.log2(max(_stiffness(body), LEAST)) - np.log2(max(softest, LEAST))))
-        keys.append((_held(body), power, mean_area(body), index))
+        power = round(float(np.log2(max(stiffness[index], LEAST)) - np.log2(max(softest, LEAST))))
+        keys.append(Rank(_held(body), power, mean_area(body), index))
     return keys
 
 
@@ -248,28 +270,3 @@ def mean_area(body: Body) -> float:
     if not body.touches:
         return 0.0
     return float(f"{np.linalg.norm(area_vectors(body.initial_at(body.contact_faces)), axis=1).mean():.6g}")
-
-
-def may_meet(scene: Any, first: int, second: int) -> bool:
-    """Return whether contact faces of two bodies may meet: they face each other and come close enough."""
-    found = meeting_faces(scene, first, second)
-    return bool(found.any())
-
-
-def meeting_faces(scene: Any, first: int, second: int, outer: bool = False) -> np.ndarray:
-    """Return for every contact face (or outer face) of the first body whether it may meet one of the second.
-
-    See `meeting.facing_faces`.
-    """
-    one, other = scene.bodies[first], scene.bodies[second]
-    faces = [body.outer_faces if outer and body.finds_contact else body.contact_faces for body in (one, other)]
-    if not len(faces[0]) or not len(faces[1]):
-        return np.zeros(len(faces[0]), dtype=bool)
-    speed = float(np.linalg.norm(one.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
-    speed += float(np.linalg.norm(other.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
-    speed += one.driven_speed(scene.duration) + other.driven_speed(scene.duration)
-    fall = scene.largest_gravity * scene.duration
-    fall += sum(speed_by_loads(body, scene.duration) for body in (one, other))
-    slack = sum(body.mesh.shortest_edge for body in (one, other))
-    corners = [body.initial_at(part) for body, part in zip((one, other), faces, strict=True)]
-    return facing_faces(corners[0], corners[1], SLACK * (speed + fall) * scene.duration, slack)

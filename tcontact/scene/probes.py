@@ -104,9 +104,9 @@ def check_probes(probes: Sequence[Probe], mesh: Mesh, images: Images | None, blo
     metal = np.zeros(mesh.cell_count, dtype=bool)
     for block in blocks:
         metal[block.numbers] = block.material.plastic
+    known, before = dict.fromkeys([*mesh.face_sets, *mesh.node_sets, *mesh.cell_sets]), set()
     for number, probe in enumerate(probes):
         field = f"Body.probes[{number}]"
-        known = list(dict.fromkeys([*mesh.face_sets, *mesh.node_sets, *mesh.cell_sets]))
         if probe.set not in known:
             have = (
                 f"use one of the sets of this mesh: {', '.join(known)}" if known else "this mesh has no sets; add some"
@@ -118,8 +118,9 @@ def check_probes(probes: Sequence[Probe], mesh: Mesh, images: Images | None, blo
                 f"{int((~metal[found]).sum())} of {len(found)} cells of {probe.set!r} are of no metal, and have none;"
             )
             raise InputError(f"{field}.quantity", probe.quantity, f"{remedy} name a set of cells of a metal")
-        if probe in probes[:number]:
+        if probe in before:
             raise InputError(field, probe, "is there twice; name it once")
+        before.add(probe)
 
 
 def checked_maxima(given: Any, plastic: bool) -> tuple[str, ...]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import copy
 import warnings
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,20 +15,23 @@ import numpy as np
 from ..base import validate
 from ..base.column_names import column_word
 from ..base.errors import FunctionError, InputError
+from .approach import Approach
 from .body import Body
+from .connections import connected
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
 from .dissipation import BulkViscosity, Damping
 from .friction_laws import joint_friction, laws_in_use
 from .friction_models import FrictionLayer, FrictionModel, coefficient_of
 from .layer_metals import check_metals
 from .obstacles import Obstacle
-from .pairs import BodyPair, Pair, checked_pairs, hindrance, meeting_faces, pairs_of
+from .pairs import BodyPair, Pair, checked_pairs, hindrance, pairs_of
 from .periodic import check_obstacles
 from .probes import Probe, checked_maxima
 from .reach import SAMPLES, with_reached_faces
 from .springs import SceneSpring, springs_of, with_spring_speeds
 from .time_functions import TimeFunction
 
+OF_PAIRS = ("pairs_at", "paired_labels", "groups")  # what a scene knows once it has its pairs
 REPR_LINES = 6  # bodies, and obstacles, that the text of a scene names
 
 
@@ -39,9 +44,10 @@ class Scene:
     """Bodies, obstacles and loads over a time span; terms left at None do not exist in the run.
 
     bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
-    duration [s] > 0: a run ends with the first step that reaches it; gravity [m/s^2]: vector, function of time
-    f(t) -> [3], or None; contact: how contact is resolved, or None to let bodies pass through obstacles; damping:
-    `MassDamping` or None; viscosity: `BulkViscosity` or None;
+    duration [s] > 0: a run ends with the first step that reaches it, which may end after it (a
+    run of a duration below one step does that step); gravity [m/s^2]: vector, function of time f(t) -> [3], or None;
+    contact: how contact is resolved, or None to let bodies pass through obstacles; damping: `MassDamping` or None;
+    viscosity: `BulkViscosity` or None;
     friction: `Coulomb`, `FrictionTable`, `RegularizedCoulomb`, `FrictionLayer` or None, for all obstacles and pairs
     without their own; if only these have some, it becomes such a law with the coefficient 0; pairs: which bodies touch
     each other: "auto" (those whose contact faces may meet), a list of `Pair`, or None to let bodies pass through each
@@ -104,10 +110,11 @@ class Scene:
         object.__setattr__(self, "springs", tuple(springs_of(self)))
         object.__setattr__(self, "bodies", with_spring_speeds(self.bodies, self.springs))
         within = self.obstacles if self.contact is not None else (), self.duration, self.largest_gravity
-        reached = [self._faces_of_others(index) for index in range(len(self.bodies))]
+        outer = Approach(self, outer=True)
+        reached = self._faces_of_others(outer)
         named = zip(self.bodies, reached, strict=True)
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within, faces) for body, faces in named))
-        object.__setattr__(self, "body_pairs", pairs_of(self))
+        object.__setattr__(self, "body_pairs", pairs_of(self, Approach(self, outer=False, before=outer)))
         check_metals(self)
         self._check_free()
         if self.contact is not None:
@@ -151,13 +158,34 @@ class Scene:
         if not implicit or self.pairs != "auto":
             return self
         scene = copy.copy(self)
+        for name in OF_PAIRS:
+            scene.__dict__.pop(name, None)
         object.__setattr__(scene, "body_pairs", ())
         return scene
 
+    @cached_property
+    def pairs_at(self) -> tuple[tuple[BodyPair, ...], ...]:
+        """The pairs of each body, in the order of `body_pairs`."""
+        found: list[list[BodyPair]] = [[] for _ in self.bodies]
+        for pair in self.body_pairs:
+            for number in (pair.first, pair.second):
+                found[number].append(pair)
+        return tuple(tuple(pairs) for pairs in found)
+
+    @cached_property
+    def paired_labels(self) -> frozenset[str]:
+        """The names of the bodies that are in contact with others."""
+        return frozenset(self.label(number) for number, pairs in enumerate(self.pairs_at) if pairs)
+
+    @cached_property
+    def groups(self) -> tuple[tuple[int, ...], ...]:
+        """For each body the numbers of all bodies that pairs connect to it, with itself, ascending."""
+        return connected(len(self.bodies), ((pair.first, pair.second) for pair in self.body_pairs))
+
     def can_touch(self, index: int) -> bool:
         """Return whether body `index` can touch an obstacle or another body."""
-        paired = any(index in (pair.first, pair.second) for pair in self.body_pairs)
-        return self.touching and self.bodies[index].touches and (bool(self.obstacles) or paired)
+        there = bool(self.obstacles) or bool(self.pairs_at[index])
+        return there and self.bodies[index].touches and self.touching
 
     @property
     def plastic(self) -> bool:
@@ -199,17 +227,29 @@ class Scene:
         if isinstance(self.friction, FrictionLayer):
             raise InputError("Scene.friction", self.friction, f"{without} no friction layers; use Coulomb")
 
-    def _faces_of_others(self, index: int) -> np.ndarray | None:
-        """Return for every outer face of a body with contact="auto" whether it may meet another body of its pairs."""
-        if not self.bodies[index].finds_contact or self.pairs is None or hindrance(self):
-            return None
-        found = np.zeros(len(self.bodies[index].outer_faces), dtype=bool)
-        for other in range(len(self.bodies)):
-            names = {self.label(index), self.label(other)}
-            asked = isinstance(self.pairs, str) or any({pair.first, pair.second} == names for pair in self.pairs)
-            if other != index and asked:
-                found |= meeting_faces(self, index, other, outer=True)
-        return found
+    def _faces_of_others(self, approach: Approach) -> list[np.ndarray | None]:
+        """Return for every outer face of each body with contact="auto" whether it may meet another one of its pairs.
+
+        None for other bodies, and where bodies are not in contact with each other.
+        """
+        result: list[np.ndarray | None] = [None] * len(self.bodies)
+        if self.pairs is None or hindrance(self):
+            return result
+        partners: dict[str, set[str]] = {}
+        for pair in () if isinstance(self.pairs, str) else self.pairs:
+            partners.setdefault(pair.first, set()).add(pair.second)
+            partners.setdefault(pair.second, set()).add(pair.first)
+        places = {self.label(index): index for index in range(len(self.bodies))}
+        for index, body in enumerate(self.bodies):
+            if not body.finds_contact:
+                continue
+            named = partners.get(self.label(index), set())
+            others = [places[name] for name in named if name in places]
+            found = np.zeros(len(body.outer_faces), dtype=bool)
+            for other in approach.near(index) if isinstance(self.pairs, str) else others:
+                found |= approach.meeting(index, other)
+            result[index] = found
+        return result
 
     def _check_start(self, index: int, body: Body) -> None:
         if not body.touches:
@@ -231,12 +271,12 @@ class Scene:
 
     def _check_bodies_apart(self) -> None:
         boxes = [body.initial_bounds for body in self.bodies]
+        low, high = (np.array([box[end] for box in boxes]) for end in (0, 1))
         paired = {frozenset((pair.first, pair.second)) for pair in self.body_pairs}
         for first in range(len(boxes)):
-            for second in range(first + 1, len(boxes)):
-                low = np.maximum(boxes[first][0], boxes[second][0])
-                high = np.minimum(boxes[first][1], boxes[second][1])
-                if (low <= high).all() and {first, second} not in paired:
+            lowest, highest = np.maximum(low[first], low[first + 1 :]), np.minimum(high[first], high[first + 1 :])
+            for second in (first + 1 + np.flatnonzero((lowest <= highest).all(axis=1))).tolist():
+                if {first, second} not in paired:
                     warnings.warn(
                         f"bodies {self.label(first)} ({_between(*boxes[first])}) and {self.label(second)}"
                         f" ({_between(*boxes[second])}) overlap in their bounding boxes and are no pair in contact with"
@@ -297,9 +337,9 @@ class Scene:
 
 
 def _check_names(field: str, owners: str, named: Sequence[Any], label: Callable[[int], str]) -> None:
-    names = [one.name for one in named if one.name is not None]
-    for name in names:
-        if names.count(name) > 1:
+    names = Counter(one.name for one in named if one.name is not None)
+    for name, count in names.items():
+        if count > 1:
             raise InputError(field, name, f"used by several {owners}; give each its own name")
     for index, one in enumerate(named):
         if one.name is None and label(index) in names:

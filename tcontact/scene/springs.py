@@ -124,6 +124,7 @@ class SceneSpring(NamedTuple):
 
 def springs_of(scene: Any) -> Iterator[SceneSpring]:
     """Yield the springs of all bodies. Raises `InputError` for unknown bodies and sets, and lines of length 0."""
+    labels = {scene.label(at): at for at in range(len(scene.bodies))}
     for index, body in enumerate(scene.bodies):
         for number, spring in enumerate(body.springs):
             field = f"Scene.bodies[{index}].springs[{number}]"
@@ -135,10 +136,9 @@ def springs_of(scene: Any) -> Iterator[SceneSpring]:
                 place = first.start if other is None else np.array(other)
                 second = End(None, np.zeros(0, dtype=np.int64), place, place)
             else:
-                labels = [scene.label(at) for at in range(len(scene.bodies))]
                 if other[0] not in labels:
                     raise InputError(f"{field}.to", other, f"no such body; use one of {', '.join(labels)}")
-                second = _end(scene, labels.index(other[0]), other[1])
+                second = _end(scene, labels[other[0]], other[1])
             found = SceneSpring(f"{scene.label(index)}-{spring.set}", spring, (first, second))
             if not spring.directions and np.linalg.norm(found.rest) <= SHORT * body.mesh.size:
                 remedy = "both ends start at one place, so that the line between them has no direction; give axes"
@@ -149,8 +149,11 @@ def springs_of(scene: Any) -> Iterator[SceneSpring]:
 def with_spring_speeds(bodies: Sequence[Any], springs: Sequence[SceneSpring]) -> tuple[Any, ...]:
     """Return the bodies, those at springs with energy at the start with the speed [m/s] that it can give them."""
     result = list(bodies)
-    for index, body in enumerate(bodies):
-        own = [spring for spring in springs if index in spring.bodies and not spring.spring.directions]
+    at: list[list[SceneSpring]] = [[] for _ in bodies]
+    for spring in springs:
+        for index in spring.bodies if not spring.spring.directions else ():
+            at[index].append(spring)
+    for index, (body, own) in enumerate(zip(bodies, at, strict=True)):
         stretch = [(spring.spring.stiffness, np.linalg.norm(spring.rest) - spring.rest_length) for spring in own]
         twice = sum(stiffness * length**2 for stiffness, length in stretch)
         if twice > 0.0:
