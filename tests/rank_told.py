@@ -87,7 +87,7 @@ def main(folder):
     told["full"] = "; ".join(tc.simulate(normal(), out=folder / "full", checkpoint=CHECKPOINT).warnings)
     store.write = written
     original = stop_in_step_6("signalled")
-    tc.simulate(normal(), out=folder / "stopped", frames=2, checkpoint=CHECKPOINT)
+    told["message"] = tc.simulate(normal(), out=folder / "stopped", frames=2, checkpoint=CHECKPOINT).message
     DomainState.advance = original
     if ranks.is_first_rank():
         shutil.copytree(folder / "stopped", folder / "other")

@@ -1,4 +1,6 @@
-"""A rank whose disk is full at its second frame: `mpiexec -n P python rank_unwritten.py FOLDER RANK part|file`."""
+"""A rank whose disk is full at its second frame: `mpiexec -n P python rank_unwritten.py FOLDER RANK part|full|file`.
+
+full: no rank can close its file either, as what it has not yet written finds no room."""
 
 import errno
 import sys
@@ -16,7 +18,7 @@ from tcontact.results.files.part_file import PartFile
 
 def main(folder, rank, which):
     """Fail in the second frame on one rank; every rank writes what it is told beside the folder, in FOLDER.RANK."""
-    kind, name = (PartFile, "append") if which == "part" else (MasterFile, "add")
+    kind, name = (MasterFile, "add") if which == "file" else (PartFile, "append")
     original = getattr(kind, name)
 
     def write(self, *given):
@@ -24,7 +26,13 @@ def main(folder, rank, which):
             raise OSError(errno.ENOSPC, "No space left on device")
         return original(self, *given)
 
+    def close(self):
+        closed(self)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
     setattr(kind, name, write)
+    if which == "full":
+        closed, PartFile.close = PartFile.close, close
     warnings.simplefilter("ignore")
     try:
         tc.simulate(SCENES["normal"](), out=folder, frames=4, threads=1)

@@ -2,6 +2,7 @@
 
 import os
 import random
+import re
 import shlex
 import signal
 import subprocess
@@ -221,6 +222,11 @@ def test_a_rank_that_alone_cannot_write_checkpoints_is_named(told):
     assert "no checkpoint could be written into" in told[0]["full"]
     assert "checkpoint-ranks/1 (No space left on device)" in told[0]["full"]
     assert told[0]["full"] == told[1]["full"]
+
+
+def test_all_ranks_name_the_folder_to_go_on_with(told):
+    assert re.search(r"`tcontact resume \S+/stopped` goes on from there", told[0]["message"])
+    assert told[0]["message"] == told[1]["message"]
 
 
 def test_a_damaged_checkpoint_of_a_rank_is_named_once_and_the_one_before_it_taken(told):

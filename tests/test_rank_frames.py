@@ -138,7 +138,7 @@ def test_a_run_goes_on_with_its_parts_or_as_one_file(kept, moved, ranks):
     assert not [path.name for path in folder.iterdir() if "joined" in path.name]
 
 
-@pytest.mark.parametrize(("rank", "which"), [(1, "part"), (0, "part"), (0, "file")])
+@pytest.mark.parametrize(("rank", "which"), [(1, "part"), (0, "part"), (0, "full"), (0, "file")])
 def test_a_frame_that_one_rank_cannot_write_stops_all_and_keeps_those_before(tmp_path, rank, which):
     done = mpiexec(2, "rank_unwritten.py", tmp_path / "run", rank, which, timeout=200)
     assert done.returncode == 0, done.stderr

@@ -10,7 +10,7 @@ import atexit
 import gc
 import logging
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 
@@ -24,6 +24,7 @@ from .streams import safe_output
 from .ticker import ticking
 
 TICKING = ("run", "resume", "render", "report")  # commands that tell what they are doing
+ALONE = ("list", "info", "render", "report", "export")  # commands that the first of several ranks does alone
 OBJECTS = 300_000  # new ones between two looks for garbage
 COMMANDS = {  # the module of each
     "list": "listing",
@@ -98,22 +99,35 @@ def _run(argv: Sequence[str] | None) -> int:
         return int(stop.code or 0)
     except KeyboardInterrupt as stop:  # while what the command needs is imported
         return _told(stop, "interrupted", 1)
+    if arguments.command in ALONE:  # the other ranks wait for it at their end (last_words.py)
+        return _done(arguments, _printed) if ranks.is_first_rank() else 0
+    return _done(arguments, _told)
+
+
+def _done(arguments: argparse.Namespace, tell: Callable[[BaseException, str, int], int]) -> int:
+    """Do what a command is asked for, and return the exit code; tell: tells of an error and returns its code."""
     try:
         watched = arguments.command in TICKING and not getattr(arguments, "quiet", False) and ranks.is_first_rank()
         with terminations(), ticking(watched):
             stages.say("reading")
             return int(arguments.run(arguments))
     except InputError as error:
-        return _told(error, str(error), 2)
+        return tell(error, str(error), 2)
     except (ImportError, OutputError) as error:
-        return _told(error, str(error), 1)
+        return tell(error, str(error), 1)
     except MemoryError as error:
-        return _told(error, f"there is not enough memory: {error or 'take fewer cells'}", 1)
+        return tell(error, f"there is not enough memory: {error or 'take fewer cells'}", 1)
     except KeyboardInterrupt as stop:
-        return _told(stop, f"interrupted{' by SIGTERM' if isinstance(stop, Terminated) else ''}", 1)
+        return tell(stop, f"interrupted{' by SIGTERM' if isinstance(stop, Terminated) else ''}", 1)
 
 
 def _told(error: BaseException, text: str, code: int) -> int:
     """Print why the command ends, once on several ranks, and return its exit code."""
-    told(error, lambda: print(f"tcontact: {text}", file=sys.stderr), code)
+    told(error, lambda: _printed(error, text, code), code)
+    return code
+
+
+def _printed(_error: BaseException, text: str, code: int) -> int:
+    """Print why the command ends, and return its exit code."""
+    print(f"tcontact: {text}", file=sys.stderr)
     return code

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError
+from ..device import ranks
 from ..friction_layer.study import draw
 from ..lab.study import figure, hard_register, hard_table, methods, problems, table
 from ..lab.study import layer_study as friction_layer
@@ -62,6 +63,7 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the study, write its files, print its table; return 1 if no run succeeded or a hard case came out wrong."""
+    ranks.check_single("a study")
     out = arguments.out or Path("runs") / f"study-{arguments.case}"
     work = {HARD: _hard_cases, LAYER: _friction_layer}.get(arguments.case, _study)
     ready = work(arguments)  # bad input is refused here, before any file is touched

@@ -75,6 +75,11 @@ def whole_numbers(count: int) -> Array:
     return put(np.zeros(max(count, 1), dtype=np.int32))
 
 
+def rows(array: Array, count: int, width: int = 3) -> np.ndarray:
+    """Return the rows [count, width] of an array on the host as `get` does; of no rows it holds a number of no use."""
+    return get(array)[: count * width].reshape(count, width)
+
+
 def get(array: Array) -> np.ndarray:
     """Return the values on the host: the array itself on the CPU (copy it to keep it), a copy on a GPU."""
     return array if isinstance(array, np.ndarray) else array.to_numpy()

@@ -20,7 +20,7 @@ from .roll_call import ENDS, FAILS, answers
 PATIENCE = 3.0  # seconds that a rank that fails waits for the others
 
 
-def told(error: BaseException, tell: Callable[[], None], code: int = 1) -> None:
+def told(error: BaseException, tell: Callable[[], Any], code: int = 1) -> None:
     """Tell of an error that ends this process; where it is one of several ranks see above.
 
     tell: writes the error to standard error; code: exit code of the processes that this one ends. Returns where it is
@@ -81,7 +81,7 @@ def _world() -> Any:
         return None
 
 
-def _say(tell: Callable[[], None]) -> None:
+def _say(tell: Callable[[], Any]) -> None:
     sys.stdout.flush()
     tell()
     ranks.passed_on(sys.stderr)

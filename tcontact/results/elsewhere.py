@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from html import escape
 from typing import Any, ClassVar
 
 from ..base.errors import InputError
@@ -29,6 +30,14 @@ class ResultElsewhere(Result):
     def reversed(self) -> Result:
         """Return this result: the velocities of the first rank are reversed."""
         return self
+
+    def _repr_html_(self) -> str:
+        """Return a line for a notebook: how it went, and who has what a picture needs."""
+        where = f"rank {self.rank} has no values of nodes and cells: rank 0 has them, and shows this result"
+        return f"<p>{escape(repr(self))}; {where}</p>"
+
+    def _repr_png_(self) -> None:  # type: ignore[override]
+        """Return no picture."""
 
 
 def _of_first(name: str) -> property:

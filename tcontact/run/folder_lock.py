@@ -42,6 +42,14 @@ def locked(folder: Path) -> Iterator[None]:
         os.close(file)
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder where it is not there. Raises `InputError` if it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("out", str(folder), f"cannot be made ({error.strerror}); name another folder") from error
+
+
 @contextmanager
 def made_folder(folder: Path) -> Iterator[None]:
     """Make the output folder; a run that is refused or stopped at its start leaves no new folder that is empty.
@@ -49,10 +57,7 @@ def made_folder(folder: Path) -> Iterator[None]:
     Raises `InputError` if it cannot be made.
     """
     new = [place for place in (folder, *folder.parents) if not place.exists()]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("out", str(folder), f"cannot be made ({error.strerror}); name another folder") from error
+    make_folder(folder)
     try:
         yield
     except BaseException:

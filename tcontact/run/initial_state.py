@@ -29,16 +29,20 @@ def start_of_scene(scene: Scene) -> tuple[list[np.ndarray], list[np.ndarray]]:
     return [body.initial_displacement for body in scene.bodies], [body.initial_velocity for body in scene.bodies]
 
 
-def start_from(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return the displacement and velocity [n, 3] of every body at the start."""
-    if initial is None:
-        return start_of_scene(scene)
-    if not isinstance(initial, Result):
+def check_initial(initial: Any) -> None:
+    """Refuse what is no `Result` to start from, nor None. Raises `InputError`."""
+    if initial is not None and not isinstance(initial, Result):
         remedy = "give the Result of another run, as simulate returned it in this program"
         if isinstance(initial, StoredResult):
             remedy = "an opened result holds no states of points and nodes: "
             remedy += "give the Result that simulate returned in this program, or `tcontact resume` its folder"
         raise InputError("initial", initial, remedy)
+
+
+def start_from(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return the displacement and velocity [n, 3] of every body at the start."""
+    if initial is None:
+        return start_of_scene(scene)
     if any(obstacle.free for obstacle in scene.obstacles) or any(body.rigid_parts for body in scene.bodies):
         remedy = "rigid bodies (mass= of obstacles, Body.rigid_parts) start as the scene says; leave initial out"
         raise InputError("initial", initial, remedy)

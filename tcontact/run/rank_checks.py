@@ -12,6 +12,7 @@ from ..results.result import Result
 from ..scene.cell_blocks import AVERAGED
 from ..scene.scene import Scene
 from .checkpoint.fingerprint import fingerprint
+from .rank_files import on_all
 
 COMPARED = 16  # values by which the functions of time of two ranks are compared
 ONE_RANK = "runs on one rank in this version; leave it out, or start the run without mpiexec"
@@ -36,7 +37,9 @@ def check_alike(team: Team, scene: Scene, scheme: Any, options: Mapping[str, Any
 
     Raises `InputError` on all ranks, which names the first that differs.
     """
-    own = fingerprint(scene, scheme, COMPARED) | {name: repr(value) for name, value in options.items()}
+    own = on_all(team, lambda: fingerprint(scene, scheme, COMPARED)) | {
+        name: repr(value) for name, value in options.items()
+    }
     first = team.from_first(own)
     differs = [name for name in [*first, *own] if first.get(name) != own.get(name)]
     error = None

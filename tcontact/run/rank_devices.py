@@ -16,6 +16,7 @@ from ..planning.partition.domain_part import DomainPart
 from ..planning.planning import Plan
 from ..scene.scene import Scene
 from .device_room import check_device
+from .rank_files import on_all
 
 
 def sharing(contact_ranks: int | None, arch: str) -> int | None:
@@ -39,7 +40,10 @@ def check_as_many(before: int, ranks: int, arch: str) -> None:
 
 
 def start_on_ranks(team: Team, scene: Scene, parts: Sequence[DomainPart], arch: str, threads: int | None) -> None:
-    """Start the compiler on every rank. Raises `InputError` on all ranks for what GPUs of several ranks do not do."""
+    """Start the compiler on every rank.
+
+    Raises `InputError` on all ranks for options of any of them, and for what GPUs of several ranks do not do.
+    """
     if arch == "cuda":
         team.agree(_refusal(lambda: _check_path(scene, parts, arch)))
         here = Plan(scene, tuple(plan for part in parts for plan in part.domain.bodies))
@@ -56,7 +60,7 @@ def start_on_ranks(team: Team, scene: Scene, parts: Sequence[DomainPart], arch: 
         if not known:  # this rank has no device, or an array that is too large: the others wait for what it needs
             team.comm.allgather(("", 0))
         team.agree(error)
-    runtime.start(arch, threads)
+    on_all(team, lambda: runtime.start(arch, threads))
 
 
 def _refusal(check: Callable[[], None]) -> InputError | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from .no_checkpoint import NOT_ON_ALL, nothing, warn_of_damage
 from .rank_snapshot import WholeSnapshot
 from .recorder import FILE, Recorder
 from .snapshot import Snapshot
+
+Value = TypeVar("Value")
 
 
 class RankRecorder(Recorder):
@@ -105,14 +107,22 @@ class RankKeeper(Keeper):
         return self.team.from_first(super().due(row, stopping, ended))
 
 
-def on_all(team: Team, write: Callable[[], None]) -> None:
-    """Do something on every rank; raise the `OutputError` of any rank on all of them."""
-    error: OutputError | None = None
+def on_all(team: Team | None, act: Callable[[], Value]) -> Value:
+    """Run a function on every rank, or the only one (None); return what it gives there.
+
+    Raises the `InputError` or `OutputError` of any rank on all of them: one that a rank raises alone, and that a script
+    catches, would leave the others waiting for it.
+    """
+    if team is None:
+        return act()
+    error: Exception | None = None
+    found: Any = None
     try:
-        write()
-    except OutputError as found:
-        error = found
+        found = act()
+    except (InputError, OutputError) as own:
+        error = own
     team.agree(error)
+    return cast(Value, found)
 
 
 def on_first(team: Team, act: Callable[[], Any]) -> Any:

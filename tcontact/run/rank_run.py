@@ -43,7 +43,7 @@ from .checkpoint.fingerprint import compare, fingerprint
 from .checkpoint.keeper import Start, start_of
 from .device_room import check_same
 from .end_state import forces_and_points, motion
-from .folder_lock import locked, made_folder
+from .folder_lock import locked, made_and_locked, make_folder
 from .guards import Guards
 from .law_checks import check_laws
 from .loop import Run
@@ -53,7 +53,7 @@ from .prepared import checkpoint_head, finished_plan, start_terms
 from .progress import ProgressBar
 from .rank_asked import Asked
 from .rank_devices import check_as_many, sharing, start_on_ranks
-from .rank_files import RankKeeper, RankRecorder, SilentRecorder, latest_of_all, on_first
+from .rank_files import RankKeeper, RankRecorder, SilentRecorder, latest_of_all, on_all, on_first
 from .rank_lead import RankGuards, RankLooks
 from .rank_plan import plan_and_parts
 from .rank_recut import other_ranks, restore_parts
@@ -135,8 +135,9 @@ class RankRun(Run):
             self._refused = error
 
     def _result(self, *given: Any, **named: Any) -> Result:
-        """Make the result; its warnings are those of all ranks, on each of them."""
+        """Make the result; its warnings are those of all ranks, on each of them, its message that of the first one."""
         result = super()._result(*given, **named)
+        vars(result)["message"] = self.team.from_first(result.message)  # which names the folder of the run
         told = self.team.comm.allgather(self.warnings)
         for text in dict.fromkeys(text for own in told[1:] for text in own if text not in told[0]):
             if self.team.leads:
@@ -268,12 +269,10 @@ def simulate_on_ranks(
         )
         stages.say("starting the compiler")
         start_on_ranks(team, scene, parts, asked.arch, threads)
-        check_laws(scene, asked.scheme)
+        on_all(team, lambda: check_laws(scene, asked.scheme))
         on_first(team, lambda: check_starts(planned.domains, asked.start[0]))  # type: ignore[arg-type]
         if folder is not None:
-            on_first(team, lambda: ending.enter_context(made_folder(folder)))
-            if team.leads:
-                ending.enter_context(locked(folder))
+            on_first(team, lambda: ending.enter_context(made_and_locked(folder)))
         run = _made(RankRun, team, planned, parts, asked)
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
         if said is not None:
@@ -315,21 +314,19 @@ def resume_on_ranks(
     started = perf_counter()
     with ending_all(team), ExitStack() as ending:
         _quiet(team, ending)
-        error: InputError | None = None
-        try:
-            if team.leads:
-                ending.enter_context(locked(folder))
-        except InputError as found:
-            error = found
-        team.agree(error)
+        on_first(team, lambda: ending.enter_context(locked(folder)))
         stored = latest_of_all(folder, team)
         head, start = dict(stored[0].head), start_of(stored[0])
-        compare(head["physics"], fingerprint(scene, scheme))
-        if precision not in (None, head["precision"]):
-            raise InputError("precision", precision, f"the run computes in {head['precision']!r}; resume it so")
         before = stored[0].ranks
-        check_same(head, arch)
-        check_as_many(before, team.size, arch)
+
+        def check() -> None:
+            compare(head["physics"], fingerprint(scene, scheme))
+            if precision not in (None, head["precision"]):
+                raise InputError("precision", precision, f"the run computes in {head['precision']!r}; resume it so")
+            check_same(head, arch)
+            check_as_many(before, team.size, arch)
+
+        on_all(team, check)
 
         def make() -> Plan:
             found = finished_plan(scene, scheme, head["precision"], head["fields"])
@@ -347,12 +344,7 @@ def resume_on_ranks(
         run = _made(RankRun if before == team.size else RecutRun, team, planned, parts, asked)
         new = contents.prints(run)
         if before == team.size:
-            try:
-                with store.taken_over(stored[0]):
-                    contents.restore(run, stored[0].found, stored[0].values)
-            except InputError as found:
-                error = found
-            team.agree(error)
+            on_all(team, lambda: _take_over(run, stored[0]))
         else:
             restore_parts(run, planned, stored, team)  # type: ignore[arg-type]
             on_first(team, lambda: warnings.warn(other_ranks(before, team.size), RuntimeWarning, stacklevel=4))
@@ -365,6 +357,12 @@ def resume_on_ranks(
         with ProgressBar(scene.duration, "resume", progress and team.leads) as bar:
             bar.update(run.course.time)
             return _carry_out(run, run.course.frames, folder, recorder, keeper, bar, started)
+
+
+def _take_over(run: RankRun, stored: store.Stored) -> None:
+    """Give a run the state of a checkpoint that this rank has written. Raises `InputError` where it has not that."""
+    with store.taken_over(stored):
+        contents.restore(run, stored.found, stored.values)
 
 
 def _quiet(team: Team, ending: ExitStack) -> None:
@@ -396,13 +394,8 @@ def _recorder(
         views = [view for _, _, view in run.bodies_here]
         return PartRecorder.started(team, mesh, folder, run.scene, views, title, fields, frames)
     kind = RankRecorder if team.leads else SilentRecorder
-    error: InputError | None = None
-    try:
-        found = kind(folder, run.scene, run.states, title, fields, frames)
-        found.team, found.whole = team, run.whole_snapshot
-    except InputError as own:
-        error = own
-    team.agree(error)
+    found = on_all(team, lambda: kind(folder, run.scene, run.states, title, fields, frames))
+    found.team, found.whole = team, run.whole_snapshot
     return found
 
 
@@ -417,7 +410,7 @@ def _keeper(
 ) -> RankKeeper:
     """Make the keeper of the checkpoints of this rank."""
     place = store.place_of(folder, team.rank)
-    place.mkdir(parents=True, exist_ok=True)
+    on_all(team, lambda: make_folder(place))
     keeper = RankKeeper(options, place, new, recorder, head, start)
     keeper.team = team
     return keeper

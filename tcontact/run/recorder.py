@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -221,8 +221,8 @@ class Recorder:
             raise unwritten(self.folder, "the history", "all frames are", error) from error
 
     def abandon(self) -> None:
-        """Close the file as it is on disk."""
-        with suppress(OSError) if isinstance(self.file, FrameProcess) else nullcontext():
+        """Close the file as it is on disk; what a full disk does not take is lost, and the run tells that by itself."""
+        with suppress(OSError):
             self.file.close()
 
     def _unwritten_frame(self, error: OSError) -> OutputError:

@@ -32,6 +32,7 @@ from .prepared import record_friction
 from .progress import ProgressBar
 from .rank_checks import check_alike, check_ranks
 from .rank_devices import check_as_many
+from .rank_files import on_all
 from .rank_recut import other_ranks, restore_parts
 from .rank_run import resume_on_ranks
 from .recorder import FILE, Recorder, writing_beside
@@ -65,15 +66,19 @@ def resume(
     1/4096 of the duration, goes unnoticed.
     """
     started, together = perf_counter(), team(comm)
-    if not isinstance(scene, Scene):
-        raise InputError("scene", scene, "give the tcontact.Scene that was run")
-    validate.flag("progress", progress)
-    scheme, options = scheme_of(scheme), checked(checkpoint, folder)
-    scene = scene.for_scheme(getattr(scheme, "implicit", False))
-    path = checked_folder(folder)
+
+    def check() -> tuple[Scene, Any, Checkpoint | None, Path]:
+        if not isinstance(scene, Scene):
+            raise InputError("scene", scene, "give the tcontact.Scene that was run")
+        validate.flag("progress", progress)
+        own, options = scheme_of(scheme), checked(checkpoint, folder)
+        return scene.for_scheme(getattr(own, "implicit", False)), own, options, checked_folder(folder)
+
+    scene, scheme, options, path = on_all(together, check)
     if together is not None:
         check_alike(together, scene, scheme, {"arch": arch, "checkpoint": options, "precision": precision})
-        check_ranks(scene, scheme, arch, together.size)
+        ranks = together.size
+        on_all(together, lambda: check_ranks(scene, scheme, arch, ranks))
         return resume_on_ranks(together, path, scene, scheme, threads, progress, options, precision, arch)
     with pools_served(), runtime.turn, locked(path):
         every = latest(path)

@@ -20,12 +20,12 @@ from ..results.result import Result
 from ..scene.scene import Scene
 from ..schemes import scheme_of
 from .checkpoint import Checkpoint, contents
-from .checkpoint.keeper import Keeper
+from .checkpoint.keeper import Keeper, Start
 from .checkpoint.options import checked
 from .device_room import check_device, check_scheme
 from .folder_lock import locked, made_folder
 from .history import MOST_ROWS
-from .initial_state import layers_of, points_of, start_from
+from .initial_state import check_initial, layers_of, points_of, start_from
 from .interrupts import pools_served
 from .law_checks import check_laws
 from .loop import Run
@@ -34,6 +34,7 @@ from .prepared import checkpoint_head, finished_plan, start_terms
 from .progress import ProgressBar
 from .rank_asked import Asked
 from .rank_checks import check_alike, check_ranks, check_same_start
+from .rank_files import on_all
 from .rank_run import simulate_on_ranks
 from .recorder import Recorder, check_folder, writing_beside
 from .written_run import carry_out
@@ -92,22 +93,22 @@ def simulate(
     `result` is what was computed up to then).
     """
     started, together = perf_counter(), team(comm)
-    if not isinstance(scene, Scene):
-        raise InputError("scene", scene, "give a tcontact.Scene")
-    scheme = scheme_of(scheme)
-    scene = scene.for_scheme(getattr(scheme, "implicit", False))
-    if getattr(scheme, "dt", None) is not None:
-        validate.step_count("scheme.dt", scheme.dt, scene.duration)
-    validate.whole("frames", frames, 0, 10**6)
-    validate.whole("history_every", history_every, 1)
-    validate.whole("history_rows", history_rows, 2)
-    for name, value in (("progress", progress), ("pressures", pressures)):
-        validate.flag(name, value)
-    if contact_ranks is not None:
-        validate.whole("contact_ranks", contact_ranks, 1)
-    check_precision(precision, scheme, arch)
-    check_scheme(scheme, arch)
-    options = checked(checkpoint, out)
+
+    def check() -> tuple[Scene, Any, Checkpoint | None]:
+        chosen, own = _prepared(scene, scheme)
+        validate.whole("frames", frames, 0, 10**6)
+        validate.whole("history_every", history_every, 1)
+        validate.whole("history_rows", history_rows, 2)
+        for name, value in (("progress", progress), ("pressures", pressures)):
+            validate.flag(name, value)
+        if contact_ranks is not None:
+            validate.whole("contact_ranks", contact_ranks, 1)
+        check_precision(precision, own, arch)
+        check_scheme(own, arch)
+        check_initial(initial)
+        return chosen, own, checked(checkpoint, out)
+
+    scene, scheme, options = on_all(together, check)
     if together is not None:
         alike = {"out": out is not None, "frames": frames, "arch": arch, "fields": fields, "pressures": pressures}
         alike |= {
@@ -117,13 +118,17 @@ def simulate(
             "precision": precision,
         }
         check_alike(together, scene, scheme, alike | {"initial": initial is not None, "checkpoint": options})
-        check_ranks(scene, scheme, arch, together.size)
-        if isinstance(initial, Result):
+        ranks = together.size
+        on_all(together, lambda: check_ranks(scene, scheme, arch, ranks))
+        if initial is not None:
             check_same_start(together, initial)
             initial = initial.shared_by(together)
-    displacement, velocity = start_from(scene, initial)
-    layers = () if initial is None else layers_of(scene, initial)
-    points = () if initial is None else points_of(scene, initial)
+
+    def begin() -> tuple[Start, Any, Any]:
+        places = start_from(scene, initial)
+        return (places, (), ()) if initial is None else (places, layers_of(scene, initial), points_of(scene, initial))
+
+    (displacement, velocity), layers, points = on_all(together, begin)
     pairs = None if initial is None else initial.pairs
     if together is not None:
         wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
@@ -177,6 +182,17 @@ def simulate(
         start_terms(run, layers, pairs, initial is not None)  # after the fingerprints of the new run
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
+
+
+def _prepared(scene: Any, scheme: Any) -> tuple[Scene, Any]:
+    """Return a scene as its scheme takes it, and the scheme. Raises `InputError` if one of them is none."""
+    if not isinstance(scene, Scene):
+        raise InputError("scene", scene, "give a tcontact.Scene")
+    scheme = scheme_of(scheme)
+    scene = scene.for_scheme(getattr(scheme, "implicit", False))
+    if getattr(scheme, "dt", None) is not None:
+        validate.step_count("scheme.dt", scheme.dt, scene.duration)
+    return scene, scheme
 
 
 def _kind(planned: Plan, scheme: Any, arch: str, precision: str, pictured: bool) -> str:

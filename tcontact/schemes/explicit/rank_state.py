@@ -142,7 +142,7 @@ class RankState(DomainState):
         """Add the forces of the other ranks at shared nodes, and note what the kernel will count of guests."""
         if self.serial is not None and self.serial.copies is not None:
             self.serial.add_viscosity(self.u, self.v, self._before)
-        force = arrays.get(special_force).reshape(-1, 3)
+        force = arrays.rows(special_force, len(self.part.domain.boundary))
         self.halo.add(force)
         if len(self._guests):
             self._counted[:] = self._sums(force)
@@ -164,8 +164,7 @@ class RankState(DomainState):
     def _present_loads(self) -> np.ndarray:
         """Return the loads [s, 3] of the boundary nodes at level n."""
         assert self.boundary_nodes is not None
-        domain = self.part.domain
-        return arrays.get(self.boundary_nodes.load)[: domain.loads.size].reshape(-1, 3)
+        return arrays.rows(self.boundary_nodes.load, len(self.part.domain.loads))
 
     def whole_contact(self, values: np.ndarray) -> np.ndarray:
         """Return values [k, ..] of the contact nodes of the whole domain from those of the ranks that share them."""
@@ -229,7 +228,7 @@ class RankState(DomainState):
             raw[:] = np.nan  # the block is done again up to a row before this one: no solve that cannot end well
             return
         if self.residual_shares is not None and self.contact is None:  # with contact the serial step does it
-            special = arrays.get(self.internal_force.special_force).reshape(-1, 3)
+            special = arrays.rows(self.internal_force.special_force, len(self.part.domain.boundary))
             self.residual_shares.add(special, np.zeros((1, 3)))
         super()._take_row(raw, time, steps)
         if len(self._guests):
