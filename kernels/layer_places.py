@@ -13,10 +13,10 @@ and what these are computed from: of every node its conductance to the next one,
 """
 
 # layer steps per mechanical step, mechanical steps per layer step, estimated error; time [s] and mechanical steps since
-# the last layer step; kick [s] whose work waits to be collected; share of START (below); what the layers do next: REST,
-# SPEND or SOLVE; tolerance and largest number of layer steps of the model; shares of the heat of slip and of plastic
-# work that stay in the layer; warming of a surface by heat of a time, times its root [K m^2 s^(1/2)/J]; rise of
-# temperature that melts [K]
+# the last layer step; kick [s] whose work or force waits to be collected; share of START (below); what the layers do
+# next: REST, SPEND or SOLVE; tolerance and largest number of layer steps of the model; shares of the heat of slip and
+# of plastic work that stay in the layer; warming of a surface by heat of a time, times its root [K m^2 s^(1/2)/J]; rise
+# of temperature that melts [K]
 SUBSTEPS, SPAN, ERROR, ELAPSED, COUNT, KICK, SHARE, PHASE = range(8)
 TOLERANCE, MOST_SUBSTEPS, HEAT_SHARE, PLASTIC_HEAT, SOFTNESS, MELTING_RISE = range(8, 14)
 HEAD = 14

@@ -6,7 +6,7 @@ import dataclasses
 import os
 
 import numpy as np
-from cuda_layer_scenes import STEP, baked, branded, fused
+from cuda_layer_scenes import STEP, baked, branded, fused, grooved
 from cuda_pair_scenes import padded, paired, stacked, touched
 from oracle import meshes
 from scenes import block, wall
@@ -295,12 +295,13 @@ def leant():
 
 FRICTIONLESS = (normal, full, linear, sprung, ball, corner, sagged, crushed, fast, pressed, held, edged)
 WITH_FRICTION = (rubbed, wedged, crept, slowed, forged, carried, floated, repelled, struck, swept, spun, paved)
-LAYERED = (baked, fused, branded)
+LAYERED = (baked, fused, branded, grooved)
 PAIRED = (paired, stacked, touched, padded)
 # scenes that combine what others have term by term: with --slow alone, since each has kernels of its own
 SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 COMBINED = () if SLOW else (
-    linear, corner, sagged, fast, rubbed, crept, struck, spun, carried, fused, branded, stacked, touched, padded
+    linear, corner, sagged, fast, rubbed, crept, struck, spun, carried, fused, branded, grooved, stacked, touched,
+    padded,
 )  # fmt: skip
 RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION + LAYERED if scene not in COMBINED)
 SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION + LAYERED + PAIRED if scene not in COMBINED}

@@ -45,3 +45,15 @@ def branded():
     scene, scheme = sliding("full", 34.0, 40, tc.PenaltyContact(1e16))
     (floor,) = scene.obstacles
     return dataclasses.replace(scene, obstacles=[dataclasses.replace(floor, metal=COPPER)]), scheme
+
+
+def grooved():
+    """Layers of a cube that strikes a moving floor and a wall: friction in the static solve and in the kick."""
+    size, mesh = 1e-4, tc.box_mesh((1e-4,) * 3, (2, 2, 2))
+    law = tc.NeoHookean(200e9, 0.3, 7900.0)
+    cube = tc.Body(mesh, law, (-200.0, 0.0, -200.0), contact=["zmin", "xmin"])
+    floor = tc.Plane((0.0, 0.0, -1e-5 * size), velocity=(50.0, 50.0, 0.0), metal=COPPER)
+    wall = tc.Plane((-1e-5 * size, 0.0, 0.0), (1.0, 0.0, 0.0), velocity=(0.0, 30.0, 10.0))
+    step, friction = 3e-10, tc.FrictionLayer(points=8, thickness=1e-6)
+    contact = tc.MasslessContact(removal="normal", tolerance=1e-13)
+    return tc.Scene([cube], [floor, wall], 40 * step, contact=contact, friction=friction), tc.CentralDifference(dt=step)

@@ -20,6 +20,9 @@ from ..language.threads import leader
 # last kick or step; displacement (3) [m] from which the static solve measures slip; then the laws (friction_laws.py)
 SLIP_SPEED, STEP, FIRST = 0, 1, 2
 LIMIT, SPEED, MOBILITY, MEAN_SPEED, WORK, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5, 6
+# where friction is part of the static solve, whose layers need neither mobility nor mean speed: work [J] of friction in
+# the last kick, which WORK does not have there, and force [N] that it added to FORCE
+KICK_WORK, KICK_FORCE = MOBILITY, MEAN_SPEED
 NODE = FRICTION_NODE
 
 SINGULAR = 1e-12  # W is singular when its determinant is below this times its trace squared
@@ -176,6 +179,20 @@ def layer_limit(contact: ti.template(), k, cone, cones):
     cones: sum of those of all rows of the node, which share the shear force in proportion.
     """
     return ti.min(cone, contact.friction[node_place(k, LIMIT)] * (cone / ti.max(cones, 1e-300)))
+
+
+@ti.func
+def note_kick(contact: ti.template(), k, work, strongest):
+    """Keep for the layer of node k the work [J] of friction in the kick, and its force.
+
+    strongest [N]: largest friction of a row, where it is part of the static solve together with that friction.
+    """
+    if ti.static(contact.options.static_friction):
+        contact.friction[node_place(k, KICK_WORK)] = work
+        contact.friction[node_place(k, KICK_FORCE)] = strongest - contact.friction[node_place(k, FORCE)]
+    else:
+        contact.friction[node_place(k, WORK)] = work
+        contact.friction[node_place(k, FORCE)] = strongest
 
 
 @ti.func

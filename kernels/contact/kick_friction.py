@@ -30,16 +30,7 @@ from .constraint_rows import (
     velocity_of,
 )
 from .free_obstacles import begin_free_friction, point_mobility, press_free, wall_acceleration
-from .friction import (
-    FORCE,
-    MEAN_SPEED,
-    MOBILITY,
-    SPEED,
-    WORK,
-    add_work,
-    layer_limit,
-    node_place,
-)
+from .friction import MEAN_SPEED, MOBILITY, SPEED, add_work, layer_limit, node_place, note_kick
 from .friction_record import begin_kick, record_kick
 from .islands import node_count
 from .massive_tangents import kick_force, massive_tangents, without_massless_components
@@ -156,11 +147,8 @@ def kick_friction_node(
     pressed = 0.0
     for p in ti.static(range(slots)):
         pressed += number_of(rows, k * slots + p, rows.at.pressing)
-    if ti.static(contact.options.layered and not contact.options.static_friction):
-        contact.friction[node_place(k, WORK)] = 0.0
-        contact.friction[node_place(k, FORCE)] = 0.0
     forces = ti.Matrix.zero(ti.f64, slots, 3)
-    moved, slip_path = 0.0, 0.0
+    moved, slip_path, done, strongest = 0.0, 0.0, 0.0, 0.0
     if ti.static(contact.options.free):
         for p in ti.static(range(slots)):
             known = vector_of(rows, k * slots + p, rows.at.kick_friction)
@@ -195,7 +183,7 @@ def kick_friction_node(
                         limit = layer_limit(contact, k, limit, sum_of_cones(rows, k, pressing_of(rows, k)))
                     if ti.static(contact.options.static_friction):
                         there = vector_of(rows, k * slots + p, rows.at.traction)
-                        limit = ti.sqrt(ti.max(0.0, limit * limit - there.dot(there)))
+                        limit = limit_beside(contact, across, there, slip, limit)
                     mobility = span * (across @ relative_mobility @ across.transpose())
                     if mobility[0, 0] + mobility[1, 1] <= 0.0:
                         limit = 0.0  # no mass: its friction is that of the static solve
@@ -229,13 +217,40 @@ def kick_friction_node(
                 if number_of(rows, k * slots + p, rows.at.pressing) > 0.0:
                     across = massive_tangents(contact, k, normal_of(rows, k * slots + p))[0]
                     slip_path = ti.max(slip_path, body.params[DRIFT] * (across @ last).norm())
-            if ti.static(contact.options.layered and not contact.options.static_friction):
-                work, largest = node_place(k, WORK), node_place(k, FORCE)
-                contact.friction[work] = contact.friction[work] + early + late
-                contact.friction[largest] = ti.max(contact.friction[largest], force.norm())
+            done = done + early + late
     for p in ti.static(range(slots)):
-        set_vector(rows, k * slots + p, rows.at.kick_friction, ti.Vector([forces[p, j] for j in ti.static(range(3))]))
+        force = ti.Vector([forces[p, j] for j in ti.static(range(3))])
+        set_vector(rows, k * slots + p, rows.at.kick_friction, force)
+        if ti.static(contact.options.layered):
+            strongest = ti.max(strongest, friction_of_row(contact, rows, k * slots + p, force).norm())
+    if ti.static(contact.options.layered):
+        note_kick(contact, k, done, strongest)
     return work_before, work_after, moved, slip_path
+
+
+@ti.func
+def limit_beside(contact: ti.template(), across, there, slip, limit):
+    """Return the largest friction k [N] of the kick in a row that has friction t [3] [N] of the static solve.
+
+    Together they have the limit c. Where friction layers have changed it since the static solve, t may be along the
+    slip [2]: k = -a + sqrt(a^2 + c^2 - t^2) with the part a of t against it, c - |t| where all of t is. Else c is that
+    of the static solve, and t has it where it slips: k = sqrt(c^2 - t^2).
+    """
+    rest = limit * limit - there.dot(there)
+    if ti.static(contact.options.layered):
+        against = 0.0 - (across @ there).dot(slip) / ti.max(slip.norm(), 1e-300)
+        rest = ti.max(0.0, ti.sqrt(ti.max(0.0, against * against + rest)) - against)
+    else:
+        rest = ti.sqrt(ti.max(0.0, rest))
+    return rest
+
+
+@ti.func
+def friction_of_row(contact: ti.template(), rows: ti.template(), r, force):
+    """Return the friction [3] [N] of row r out of that of the kick and, where it has one, of the static solve."""
+    if ti.static(contact.options.static_friction):
+        force = force + vector_of(rows, r, rows.at.traction)
+    return force
 
 
 @ti.func

@@ -28,19 +28,10 @@ from .constraint_rows import (
     vector_of,
     velocity_of,
 )
-from .friction import (
-    FORCE,
-    MEAN_SPEED,
-    MOBILITY,
-    SPEED,
-    WORK,
-    layer_limit,
-    node_place,
-    tangents,
-)
+from .friction import KICK_WORK, MEAN_SPEED, MOBILITY, SPEED, WORK, layer_limit, node_place, note_kick, tangents
 from .friction_record import begin_kick, record_kick
 from .islands import node_count
-from .kick_friction import kick_span, velocity_without_friction
+from .kick_friction import friction_of_row, kick_span, velocity_without_friction
 from .massive_tangents import kick_force, massive_tangents
 from .pair_rows import entry, pair_row, press_masters, weight
 
@@ -271,10 +262,13 @@ def settle_pair_friction(
                     apply_impulse(
                         body, boundary, coupling, damped, k, partner(coupling, rows, k, p), span * (force - old)
                     )
-    if ti.static(contact.options.layered and not contact.options.static_friction):
+    if ti.static(contact.options.layered):
         for k in range(node_count(contact)):
-            contact.friction[node_place(k, WORK)] = 0.0
-            contact.friction[node_place(k, FORCE)] = 0.0
+            strongest = 0.0
+            for p in range(slots):
+                force = vector_of(rows, k * slots + p, rows.at.kick_friction)
+                strongest = ti.max(strongest, friction_of_row(contact, rows, k * slots + p, force).norm())
+            note_kick(contact, k, 0.0, strongest)
     early, late = 0.0, 0.0
     for number in range(slots * node_count(contact)):
         force = vector_of(rows, number, rows.at.kick_friction)
@@ -291,10 +285,9 @@ def settle_pair_friction(
                 across = massive_tangents(contact, k, normal_of(rows, number))[0]
                 slip = body.params[DRIFT] * (across @ last).norm()
                 record_kick(contact, k, add, rest, slip)
-            if ti.static(contact.options.layered and not contact.options.static_friction):
-                work, size = node_place(k, WORK), node_place(k, FORCE)
+            if ti.static(contact.options.layered):
+                work = node_place(k, ti.static(KICK_WORK if contact.options.static_friction else WORK))
                 contact.friction[work] = contact.friction[work] - 0.5 * span * force.dot(first + last)
-                contact.friction[size] = ti.max(contact.friction[size], force.norm())
     contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + early
     contact.sums[SUMS.friction_after] = late
     for r in range(coupling.lists[ROWS]):

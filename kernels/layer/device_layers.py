@@ -12,7 +12,8 @@ mechanical steps may be followed by a SOLVE. That one takes the launches of the 
 
 from ..columns import SUMS
 from ..contact.constraint_rows import number_of
-from ..contact.friction import FORCE, LIMIT, SPEED, node_place
+from ..contact.friction import FORCE, KICK_FORCE, LIMIT, SPEED, node_place
+from ..contact.friction import KICK_WORK as FRICTION_KICK_WORK
 from ..contact.friction import WORK as FRICTION_WORK
 from ..contact.islands import node_count
 from ..engine import ti
@@ -116,6 +117,24 @@ def follow_partners(contact: ti.template(), rows: ti.template(), obstacles: ti.t
 
 
 @ti.func
+def work_of(contact: ti.template(), k):
+    """Return the friction work [J/m^2] of the last step and of the kick before it at node k."""
+    work = contact.friction[node_place(k, FRICTION_WORK)]
+    if ti.static(contact.options.static_friction):
+        work += contact.friction[node_place(k, FRICTION_KICK_WORK)]
+    return work / of_node(contact, AREA, k)
+
+
+@ti.func
+def pending_of(contact: ti.template(), k):
+    """Return the friction work [J/m^2] of the last kick that the layer of node k has not taken."""
+    work = contact.friction[node_place(k, FRICTION_WORK)]
+    if ti.static(contact.options.static_friction):
+        work = contact.friction[node_place(k, FRICTION_KICK_WORK)]
+    return work / of_node(contact, AREA, k) - of_node(contact, KICK_WORK, k)
+
+
+@ti.func
 def collect(contact: ti.template(), k, dt, work, force, pressure):
     """Collect friction work [J/m^2] and impulses of the last kick or step of dt [s]; force [N], pressure [Pa]."""
     set_node(contact, WAITING, k, of_node(contact, WAITING, k) + work)
@@ -135,11 +154,13 @@ def note_levels(contact: ti.template(), rows: ti.template(), before):
         for p in ti.static(range(slots)):
             pressing += number_of(rows, k * slots + p, rows.at.pressing)
         pressure = pressing / area
-        work = contact.friction[node_place(k, FRICTION_WORK)] / area
+        work = work_of(contact, k)
         force, last = contact.friction[node_place(k, FORCE)], of_node(contact, LAST, k)
         if ti.static(contact.options.static_friction):
             mean = 0.5 * (of_node(contact, LAST_FORCE, k) + force)
             collect(contact, k, before, work, mean, 0.5 * (last + pressure))
+            added = contact.friction[node_place(k, KICK_FORCE)] / area * contact.layers[KICK]
+            set_node(contact, FRICTION_IMPULSE, k, of_node(contact, FRICTION_IMPULSE, k) + added)
         elif contact.layers[KICK] > 0.0:  # the kick belongs to the level before
             collect(contact, k, contact.layers[KICK], work, force, last)
         else:
@@ -162,7 +183,7 @@ def note_onset(contact: ti.template(), closes, dt):
         top, first = 0.0, number_of_list(contact.layer_lists, STARTS, body)
         for turn in range(turns(contact, number_of_list(contact.layer_lists, STARTS, body + 1) - first)):
             k = first + item(contact, turn)
-            top = ti.max(top, contact.friction[node_place(k, FRICTION_WORK)] / of_node(contact, AREA, k))
+            top = ti.max(top, work_of(contact, k))
         top = largest_of(contact, top)
         if leader(contact) == 1:
             contact.layers[largest + body] = ti.max(contact.layers[largest + body], top)
@@ -171,7 +192,7 @@ def note_onset(contact: ti.template(), closes, dt):
     for turn in range(turns(contact, node_count(contact))):
         k = item(contact, turn)
         area, body = of_node(contact, AREA, k), number_of_list(contact.layer_lists, BODY_OF, k)
-        work = contact.friction[node_place(k, FRICTION_WORK)] / area
+        work = work_of(contact, k)
         rounding = ROUNDING * of_node(contact, LAST_FORCE, k) * contact.friction[node_place(k, SPEED)] * dt / area
         slides = ti.select(work > ti.max(SMALLEST_WORK * contact.layers[largest + body], rounding), 1.0, 0.0)
         before = of_node(contact, SLID, k)
@@ -325,10 +346,7 @@ def set_limits(contact: ti.template(), phase, kick):
     if leader(contact) == 1:
         if phase != SOLVE:
             contact.layers[SHARE] = 1.0
-        contact.layers[KICK] = 0.0
-        if ti.static(not contact.options.static_friction):
-            if lagging:
-                contact.layers[KICK] = kick
+        contact.layers[KICK] = ti.select(lagging, kick, 0.0)
     meet(contact)
 
 
@@ -391,10 +409,8 @@ def measure_layers(contact: ti.template(), out: ti.template(), first):
     for turn in range(turns(contact, node_count(contact))):
         k = item(contact, turn)
         area, waiting, work = of_node(contact, AREA, k), of_node(contact, WAITING, k), of_all(contact, WORK, k)
-        done, pending = work + waiting - of_node(contact, OWED, k), 0.0
-        if ti.static(not contact.options.static_friction):  # without the last kick so far
-            pending = contact.friction[node_place(k, FRICTION_WORK)] / area - of_node(contact, KICK_WORK, k)
-            done += pending
+        pending = pending_of(contact, k)
+        done = work + waiting - of_node(contact, OWED, k) + pending
         plastic = layers[PLASTIC_HEAT] * at_row(contact, START_PLASTIC, k, of_all(contact, PLASTIC, k))
         if ti.static(contact.options.layers.plain):
             heat += area * (layers[HEAT_SHARE] * done + plastic)

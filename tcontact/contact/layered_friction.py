@@ -3,7 +3,8 @@
 |t| = min(stick, tau of the layer, mu P). On components with mass the layer is solved together with the kick that its
 traction slows down: its heat is b t (v - dt t/(2M)). In the massless components of full removal, and while one layer
 step spans several mechanical ones, the shear stress of the last layer step limits the friction, and the friction work
-then heats the layer: what it cannot take in a step waits for the next one.
+then heats the layer: what it cannot take in a step waits for the next one. With normal removal at obstacles of several
+directions nodes have both, components without mass and friction of the kick: its work waits with that of the step.
 
 Bodies that step together share the number of layer steps: the body that needs the shortest ones sets it for all.
 
@@ -150,6 +151,7 @@ class LayeredFriction(Friction):
         force = self.node(self.names.FORCE)
         if self.static_friction:  # the work of a step is that of the mean friction before and after it
             self._collect(before, 0.5 * (self._force + force), 0.5 * (self._last + pressure))
+            self._friction_impulse += self.node(self.names.KICK_FORCE) / self.areas * self._kick
         elif self._kick > 0.0:  # the kick belongs to the level before
             self._collect(self._kick, force, self._last)
         else:
@@ -163,7 +165,7 @@ class LayeredFriction(Friction):
         if self.static_friction or self.span > 1:
             limit = np.where(pressed, self._shear_of_pressed(pressure), 1e300)
             self._share = 1.0
-            self._kick, self._kick_work = 0.0 if self.static_friction else kick, 0.0 * pressure
+            self._kick, self._kick_work = kick, 0.0 * pressure
         else:
             self._share = before / (before + after) if kick > 0.0 else 1.0
             start = self._shear_of_pressed(pressure)
@@ -181,7 +183,7 @@ class LayeredFriction(Friction):
 
         Work below the rounding error of (friction force) x (slip speed that friction removes) x dt is not of sliding.
         """
-        work = self.node(self.names.WORK) / self.areas
+        work = self._work()
         rounding = ROUNDING * self._force * self.node(self.names.SPEED) * dt / self.areas
         self._largest_work = np.maximum(self._largest_work, np.maximum.reduceat(work, self._first))
         slides = work > np.maximum(SMALLEST_WORK * self._largest_work[self._body], rounding)
@@ -245,11 +247,19 @@ class LayeredFriction(Friction):
 
     def _pending(self) -> np.ndarray:
         """Return the friction work of the last kick that the layers have not taken [k] [J/m^2]."""
-        return np.asarray(self.node(self.names.WORK) / self.areas - self._kick_work)
+        kicked = self.names.KICK_WORK if self.static_friction else self.names.WORK
+        return np.asarray(self.node(kicked) / self.areas - self._kick_work)
+
+    def _work(self) -> np.ndarray:
+        """Return the friction work of the last step and of the kick before it [k] [J/m^2]."""
+        work = self.node(self.names.WORK)
+        if self.static_friction:
+            work += self.node(self.names.KICK_WORK)
+        return np.asarray(work / self.areas)
 
     def _collect(self, dt: float, force: np.ndarray, pressure: np.ndarray) -> None:
         """Collect friction work and impulses of the last kick or step of dt [s]; force [k] [N], pressure [Pa]."""
-        self._waiting += self.node(self.names.WORK) / self.areas
+        self._waiting += self._work()
         self._friction_impulse += force / self.areas * dt
         self._pressure_impulse += pressure * dt
         self._elapsed += dt
@@ -314,9 +324,7 @@ class LayeredFriction(Friction):
         late [J]: friction work of the last kick after the row, which the heat at the row does not hold.
         """
         layers, model = self.layers, self.model
-        done = layers.cell("WORK") + self._waiting - self._owed
-        if not self.static_friction:  # without the last kick so far
-            done = done + self._pending()
+        done = layers.cell("WORK") + self._waiting - self._owed + self._pending()
         plastic = model.plastic_heat * self._at_row(2, layers.cell("PLASTIC_WORK")) if model.plastic_heat > 0.0 else 0.0
         if layers.plain:
             heat = float((self.areas * (model.heat_share * done + plastic)).sum()) - model.heat_share * late
@@ -348,11 +356,10 @@ class LayeredFriction(Friction):
         given, work = self.layers.to_obstacles(), self.layers.cell("WORK")
         share = np.where(work > 0.0, given / np.where(work > 0.0, work, 1.0), 0.0).clip(0.0, 1.0) * self.areas
         found = (self.areas * (self._at_row(3, given) - self._given_before)).sum() + (share * self._waiting).sum()
-        if not self.static_friction:
-            last = self._pending()
-            found += (share * last).sum()
-            if self._share == 1.0 and (self.areas * last).sum() > 0.0:  # the layers did not take the kick with it
-                found -= late * (share * last).sum() / (self.areas * last).sum()
+        last = self._pending()
+        found += (share * last).sum()
+        if self._share == 1.0 and (self.areas * last).sum() > 0.0:  # the layers did not take the kick with it
+            found -= late * (share * last).sum() / (self.areas * last).sum()
         return float(found)
 
     def fields(self) -> tuple[np.ndarray, np.ndarray]:
@@ -375,7 +382,7 @@ class LayeredFriction(Friction):
         numbers = layers.batches_of(part)
         if not numbers:
             return None
-        waiting = self._waiting if self.static_friction else self._waiting + self._pending()
+        waiting = self._waiting + self._pending()
         internal = {"waiting": waiting[part], "areas": self.areas[part], "substeps": np.array(self.substeps)}
         internal["used"] = np.searchsorted(numbers, layers.used[part])
         for place, number in enumerate(numbers):
