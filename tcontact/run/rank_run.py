@@ -45,6 +45,8 @@ from .device_room import check_same
 from .end_state import forces_and_points, motion
 from .folder_lock import locked, made_folder
 from .guards import Guards
+from .initial_faces import with_kept_faces
+from .initial_state import start_of_scene
 from .law_checks import check_laws
 from .loop import Run
 from .part_mesh import RankMesh
@@ -325,6 +327,7 @@ def resume_on_ranks(
         stored = latest_of_all(folder, team)
         head, start = dict(stored[0].head), start_of(stored[0])
         compare(head["physics"], fingerprint(scene, scheme))
+        scene = with_kept_faces(scene, start, scheme.implicit)
         if precision not in (None, head["precision"]):
             raise InputError("precision", precision, f"the run computes in {head['precision']!r}; resume it so")
         before = stored[0].ranks
@@ -341,7 +344,7 @@ def resume_on_ranks(
         planned, parts = plan_and_parts(team, scene, make, shared, before != team.size)
         start_on_ranks(team, scene, parts, arch, threads)
         history = head["history_every"], head["history_rows"]
-        begin = start or ([b.initial_displacement for b in scene.bodies], [b.initial_velocity for b in scene.bodies])
+        begin = (start or start_of_scene(scene))[:2]
         kept = head["fields"], history, head["pressures"], head["precision"], head.get("contact_ranks")
         asked = Asked(scene, scheme, begin, (), (), None, 0, *kept)
         run = _made(RankRun if before == team.size else RecutRun, team, planned, parts, asked)

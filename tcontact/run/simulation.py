@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -25,6 +26,7 @@ from .checkpoint.options import checked
 from .device_room import check_device, check_scheme
 from .folder_lock import locked, made_folder
 from .history import MOST_ROWS
+from .initial_faces import kept_start, scene_of_start
 from .initial_state import layers_of, points_of, start_from
 from .interrupts import pools_served
 from .law_checks import check_laws
@@ -64,6 +66,8 @@ def simulate(
     arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows (docs/COLUMNS.md says
     which numbers still count every step); initial: start from the end of another run of the same bodies, whatever
     velocity and displacement they name: positions, velocities, friction layers and the rows of bodies in contact go on,
+    with contact="auto" the contact faces of that run, and those that may meet from its end (a warning names bodies that
+    have more so),
     while time starts at 0 again for moving obstacles and the sums of the history, and a scene without `FrictionLayer`
     drops the layers (a scene whose obstacle has moved to where the meshes would be inside it gives the bodies a
     displacement out of it); pressures: keep the pressures of the contact nodes at every row of the history
@@ -122,6 +126,13 @@ def simulate(
             check_same_start(together, initial)
             initial = initial.shared_by(together)
     displacement, velocity = start_from(scene, initial)
+    kept = None
+    if initial is not None:
+        implicit = getattr(scheme, "implicit", False)
+        scene, told = scene_of_start(scene, (displacement, velocity), initial, implicit)
+        kept = kept_start(scene, displacement, velocity)
+        for text in told if together is None or together.leads else ():
+            warnings.warn(text, RuntimeWarning, stacklevel=2)
     layers = () if initial is None else layers_of(scene, initial)
     points = () if initial is None else points_of(scene, initial)
     pairs = None if initial is None else initial.pairs
@@ -130,8 +141,7 @@ def simulate(
         rows = history_every, history_rows
         others = pressures, precision, contact_ranks, arch
         asked = Asked(scene, scheme, start, layers, points, pairs, frames, wanted, rows, *others)
-        own = None if initial is None else start
-        return simulate_on_ranks(together, asked, out, options, own, threads, progress)
+        return simulate_on_ranks(together, asked, out, options, kept, threads, progress)
     folder = None if out is None else check_folder(out)
     wanted = frame_fields.chosen(scene, fields)
     if folder is not None:
@@ -169,7 +179,6 @@ def simulate(
             history = history_every, history_rows
             head = checkpoint_head(scene, scheme, options, wanted, history, pressures, precision)
             head["contact_ranks"] = contact_ranks  # for ranks that go on
-            kept = None if initial is None else (displacement, velocity)
             new = contents.prints(run)
             if points:  # a run made again for `resume` starts without them: checkpoints always hold the state
                 new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}

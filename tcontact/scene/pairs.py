@@ -122,11 +122,12 @@ def hindrance(scene: Any) -> str:
     return ""
 
 
-def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
+def pairs_of(scene: Any, moved: Any = None) -> tuple[BodyPair, ...]:
     """Return the pairs of bodies of a scene that are in contact with each other.
 
     With "auto" these are the bodies whose contact faces may meet; none where something rules out contact between
-    bodies: a run then stops where bodies meet. Raises `InputError` for a list with pairs that cannot be.
+    bodies: a run then stops where bodies meet. moved: the scene as it stands where a run starts from the end of another
+    one, None: as its bodies say. Raises `InputError` for a list with pairs that cannot be.
     """
     if scene.pairs is None or (scene.pairs == "auto" and len(scene.bodies) < 2):
         return ()
@@ -138,7 +139,7 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
             return ()
         for first, second in itertools.combinations(range(len(scene.bodies)), 2):
             slave = min(first, second, key=ranks.__getitem__)
-            if may_meet(scene, first, second) and not _held(scene.bodies[slave]):
+            if may_meet(moved or scene, first, second) and not _held(scene.bodies[slave]):
                 name = column_word(f"{scene.label(first)}-{scene.label(second)}")
                 found.append(BodyPair(name, first, second, slave, friction=scene.friction))
         _check_pair_names(found)

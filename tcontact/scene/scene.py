@@ -104,7 +104,7 @@ class Scene:
         object.__setattr__(self, "springs", tuple(springs_of(self)))
         object.__setattr__(self, "bodies", with_spring_speeds(self.bodies, self.springs))
         within = self.obstacles if self.contact is not None else (), self.duration, self.largest_gravity
-        reached = [self._faces_of_others(index) for index in range(len(self.bodies))]
+        reached = [self.faces_of_others(index) for index in range(len(self.bodies))]
         named = zip(self.bodies, reached, strict=True)
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within, faces) for body, faces in named))
         object.__setattr__(self, "body_pairs", pairs_of(self))
@@ -199,7 +199,7 @@ class Scene:
         if isinstance(self.friction, FrictionLayer):
             raise InputError("Scene.friction", self.friction, f"{without} no friction layers; use Coulomb")
 
-    def _faces_of_others(self, index: int) -> np.ndarray | None:
+    def faces_of_others(self, index: int) -> np.ndarray | None:
         """Return for every outer face of a body with contact="auto" whether it may meet another body of its pairs."""
         if not self.bodies[index].finds_contact or self.pairs is None or hindrance(self):
             return None
