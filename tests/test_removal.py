@@ -119,6 +119,7 @@ def test_full_removal_needs_three_neighbours_with_mass_that_are_not_in_line():
         with pytest.raises(tc.InputError) as caught:
             contact_of(mesh, contact=contact, removal="full")
         assert "three" in caught.value.remedy
+        assert "of body-0 around node" in caught.value.remedy
     assert contact_of(TET, contact="touch", removal="normal").contact.removal == "normal"
     assert contact_of(HEX, removal="full").contact.removal == "full"  # four corners of a square hold
 
@@ -139,6 +140,7 @@ def test_a_body_that_is_all_contact_is_refused():
         with pytest.raises(tc.InputError) as caught:
             contact_of(plate, contact=["zmin", "zmax"], removal=removal)
         assert "finer" in caught.value.remedy
+        assert "contact nodes of body-0 around node 0 at (0, 0, 0)" in caught.value.remedy
 
 
 def test_only_the_cluster_that_nothing_holds_is_refused():
@@ -156,4 +158,4 @@ def test_only_the_cluster_that_nothing_holds_is_refused():
     assert len(contact_of(mesh, contact="sound", removal="full").contact.nodes) == 9
     with pytest.raises(tc.InputError) as caught:
         contact_of(mesh, contact=["sound", "thin"], removal="full")
-    assert f"around node {one.node_count}" in caught.value.remedy
+    assert f"of body-0 around node {one.node_count} at (3, 0, 0)" in caught.value.remedy

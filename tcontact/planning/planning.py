@@ -219,7 +219,7 @@ def _plan_body(scene: Scene, index: int, joint: JointRemoval) -> BodyPlan:
     if can_touch and isinstance(scene.contact, MasslessContact):
         massless = massless_nodes(scene, index, joint)
         if len(massless.nodes):
-            check_clusters(body, massless)
+            check_clusters(body, massless, scene.label(index))
             massless = massless if body.images is None else massless.masters(body.images)
             moved = redistribute(masses, massless, free, scene.contact.depth)
             tensors = {"nodes": moved.nodes, "values": moved.tensors}

@@ -226,11 +226,11 @@ def orthonormal(directions: np.ndarray) -> np.ndarray:
     return np.array(columns).T if columns else np.zeros((3, 0))
 
 
-def check_clusters(body: Body, massless: MasslessNodes) -> None:
+def check_clusters(body: Body, massless: MasslessNodes, name: str) -> None:
     """Refuse a contact set that is not held: the static solve needs every cluster of K tied to nodes with mass.
 
     A cluster (K nodes connected through cells) is held if no rigid motion of it leaves its neighbours with mass, and
-    the components that its nodes keep, at rest. Raises `InputError`.
+    the components that its nodes keep, at rest. name: of the body, for messages. Raises `InputError`.
     """
     mesh = body.mesh
     inside = np.zeros(mesh.node_count, dtype=bool)
@@ -254,12 +254,14 @@ def check_clusters(body: Body, massless: MasslessNodes) -> None:
     for cluster in np.unique(owner):
         members = np.unique(cells[owner == cluster])
         neighbours, own = members[~inside[members]], members[inside[members]]
+        where = ", ".join(f"{part:.4g}" for part in places[own[0]])
+        which = f"{len(own)} contact nodes of {name} around node {near[own[0]]} at ({where})"
         if len(neighbours) == 0:
             raise InputError(
                 "Body.contact",
                 body.contact,
-                f"no node with mass lies next to the {len(own)} contact nodes around node {near[own[0]]}; make the"
-                " contact set smaller (only the faces that can touch) or the mesh finer",
+                f"no node with mass lies next to the {which}; make the contact set smaller (only the faces"
+                " that can touch) or the mesh finer",
             )
         centre = places[own].mean(axis=0)
         scale = np.abs(places[members] - centre).max()
@@ -277,8 +279,8 @@ def check_clusters(body: Body, massless: MasslessNodes) -> None:
             raise InputError(
                 "MasslessContact.removal",
                 massless.removal,
-                f"the {len(own)} contact nodes around node {near[own[0]]} can turn about their {len(neighbours)}"
-                f" neighbours with mass; {_remedy_of_turning(massless.removal)}",
+                f"the {which} can turn about their {len(neighbours)} neighbours with mass;"
+                f" {_remedy_of_turning(massless.removal)}",
             )
 
 

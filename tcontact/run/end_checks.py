@@ -30,13 +30,15 @@ def end_warnings(
     dt: float,
     rounding: float,
     worst: tuple[float, float],
+    entered: str = "",
 ) -> list[tuple[str, type[Warning]]]:
     """Return the warnings about a finished run: text and class.
 
-    history: as in `Result`; dt [s]: first step; worst: as for `energy_warning`, up to `rounding` it is no error.
+    history: as in `Result`; dt [s]: first step; worst: as for `energy_warning`, up to `rounding` it is no error;
+    entered: bodies that met with faces that contact does not hold, and the remedy, or "" (`Looks.entered`).
     """
     found = [
-        (energy_warning(scene, scheme, dt, rounding, worst), EnergyWarning),
+        (energy_warning(scene, scheme, dt, rounding, worst, entered), EnergyWarning),
         (hourglass_warning(history, rounding), HourglassWarning),
         (flow_warning(history, dt), PlasticStepWarning),
         (layer_warning(scene, history), LayerWarning),
@@ -102,18 +104,26 @@ def flow_warning(history: dict[str, np.ndarray], dt: float) -> str | None:
     )
 
 
-def energy_warning(scene: Scene, scheme: Scheme, dt: float, rounding: float, worst: tuple[float, float]) -> str | None:
+def energy_warning(
+    scene: Scene,
+    scheme: Scheme,
+    dt: float,
+    rounding: float,
+    worst: tuple[float, float],
+    entered: str = "",
+) -> str | None:
     """Return a warning about the energy error of the run and what reduces it; None up to 5 %, or up to `rounding`.
 
     As in the history, the error is the largest change of the energy over the largest kinetic and elastic energy. worst:
-    that of all steps, kept in the history or not, with the sign of the change, and its time [s].
+    that of all steps, kept in the history or not, with the sign of the change, and its time [s]; entered: as for
+    `end_warnings`, which is the cause then.
     """
     change, when = worst
     if not abs(change) > max(LARGE, rounding):
         return None
     what = "above" if change > 0.0 else "below"
     text = f"the energy error reached {abs(change):.2g} at t = {when:.6g} s, where the energy was {what}"
-    return f"{text} that of the start; {'; '.join(_remedies(scene, scheme, dt, change))}"
+    return f"{text} that of the start; {entered or '; '.join(_remedies(scene, scheme, dt, change))}"
 
 
 def _remedies(scene: Scene, scheme: Any, dt: float, change: float) -> list[str]:
@@ -138,6 +148,8 @@ def _remedies(scene: Scene, scheme: Any, dt: float, change: float) -> list[str]:
         found.append(f"use a smaller dt, for example {0.5 * dt:.2g} s")
     if scene.body_pairs:
         found[-1] += ", or name the body with the sharper edge as slave (Pair(slave=)), or refine the contact faces"
+        if any(len(body.contact_faces) < len(body.outer_faces) for body in scene.bodies if body.contact is not None):
+            found[-1] += ", or give contact='all' to bodies that turn, whose other faces may meet too"
     if scene.viscosity is None:
         found.append("for shocks give the scene viscosity=tc.BulkViscosity(), whose work is in the ledger")
     return found

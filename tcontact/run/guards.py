@@ -19,6 +19,7 @@ GROWTH = 10.0  # energy over the largest energy of the run above which it has di
 AT_ONCE = 2  # rows up to which a value that is not finite comes from the start and not from the step
 FAST = 0.1  # share of the wave speed below which a motion makes no shock
 LATEST = 0.1  # share of the rows before a stop in which the motion may be that of the failure itself
+FAILED = ("diverged", "inverted-cell", "not-converged")  # reasons that what happened before may have
 TINY = 1e-14  # energy per volume over density c^2 below which it is rounding
 
 
@@ -156,3 +157,10 @@ def early_stop(time: float, end: float, failed: FunctionError | None, cut: str, 
     if keeper is not None and keeper.written:
         kept += f"; `tcontact resume {keeper.folder}` goes on from there"
     return Stop("interrupted", f"stopped by {cut} {kept}")
+
+
+def explained(stop: Stop | None, entered: str) -> Stop | None:
+    """Return a stop with what came before it in the message: bodies that met where no contact holds them, or ""."""
+    if stop is None or not entered or stop.reason not in FAILED:
+        return stop
+    return Stop(stop.reason, f"{stop.message}; before that {entered}")

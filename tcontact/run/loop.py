@@ -30,7 +30,7 @@ from .end_checks import end_warnings
 from .end_state import end_state
 from .entered import entered
 from .flutter import SLID, flutter
-from .guards import Guards, Stop, early_stop
+from .guards import Guards, Stop, early_stop, explained
 from .history import MOST_ROWS, History
 from .interrupts import interrupts
 from .precision import precision_of
@@ -377,11 +377,13 @@ class Run:
         wall_s: float,
     ) -> Result:
         cells = sum(body.mesh.cell_count for body in self.scene.bodies)
-        history = self.history.columns()
+        history, entered_pairs = self.history.columns(), self.looks.entered()
         if stop is None:
             floor = self.guards.floor / (self.history.reference_energy or 1.0)
-            for text, kind in end_warnings(self.scene, self.scheme, history, dt, floor, self.history.worst()):
+            worst = self.history.worst()
+            for text, kind in end_warnings(self.scene, self.scheme, history, dt, floor, worst, entered_pairs):
                 self.warn(text, kind)
+        stop = explained(stop, entered_pairs)
         memory: dict[str, int] = {}
         for domain in self.domains:
             for name, size in domain.memory().items():

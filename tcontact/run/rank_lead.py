@@ -62,6 +62,10 @@ class RankLooks(Looks):
             self._next_looks = self.lead.decide(self._next)
         return max(1, self._next_looks[1] - number)
 
+    def entered(self) -> str:
+        """Return which bodies have met so, see `Looks.entered`."""
+        return self.lead.decide(super().entered) if self.looks else ""
+
     def take(self, run: Run, row: int, time: float, step: float) -> Stop | None:
         """Take the looks due after a row, see `Looks.take`."""
         if not self.looks or (self._next_looks is not None and row < self._next_looks[0] and step != 0.0):

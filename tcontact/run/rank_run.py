@@ -45,6 +45,8 @@ from .device_room import check_same
 from .end_state import forces_and_points, motion
 from .folder_lock import locked, made_and_locked, make_folder
 from .guards import Guards
+from .initial_faces import with_kept_faces
+from .initial_state import start_of_scene
 from .law_checks import check_laws
 from .loop import Run
 from .part_mesh import RankMesh
@@ -327,6 +329,7 @@ def resume_on_ranks(
             check_as_many(before, team.size, arch)
 
         on_all(team, check)
+        scene = with_kept_faces(scene, start, scheme.implicit)
 
         def make() -> Plan:
             found = finished_plan(scene, scheme, head["precision"], head["fields"])
@@ -338,7 +341,7 @@ def resume_on_ranks(
         planned, parts = plan_and_parts(team, scene, make, shared, before != team.size)
         start_on_ranks(team, scene, parts, arch, threads)
         history = head["history_every"], head["history_rows"]
-        begin = start or ([b.initial_displacement for b in scene.bodies], [b.initial_velocity for b in scene.bodies])
+        begin = (start or start_of_scene(scene))[:2]
         kept = head["fields"], history, head["pressures"], head["precision"], head.get("contact_ranks")
         asked = Asked(scene, scheme, begin, (), (), None, 0, *kept)
         run = _made(RankRun if before == team.size else RecutRun, team, planned, parts, asked)

@@ -23,6 +23,7 @@ from .checkpoint.keeper import Keeper, start_of
 from .checkpoint.options import checked
 from .device_room import check_device, check_same, check_scheme
 from .folder_lock import locked
+from .initial_faces import with_kept_faces
 from .initial_state import start_of_scene
 from .interrupts import pools_served
 from .loop import Run
@@ -92,13 +93,14 @@ def resume(
         check_same(stored.head, arch)
         check_as_many(stored.ranks, 1, arch)
         check_scheme(scheme, arch)
+        start = start_of(stored)
+        scene = with_kept_faces(scene, start, scheme.implicit)
         planned = plan(scene)
         scheme.check(planned)
         set_precision(planned, kept)
         check_device(planned, arch)
         runtime.start(arch, threads)
-        start = start_of(stored)
-        displacement, velocity = start or start_of_scene(scene)
+        displacement, velocity = (start or start_of_scene(scene))[:2]
         names = ("physics", "history_every", "history_rows", "pressures", "fields", "keep", "chunks")
         head = {name: stored.head[name] for name in names} | {"precision": kept}
         rows = head["history_every"], head["pressures"], head["history_rows"]

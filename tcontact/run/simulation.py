@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -13,7 +14,7 @@ from ..base.errors import InputError
 from ..contact.pairs.pair_contact import check_starts
 from ..device import runtime
 from ..device.kernel_counts import counted
-from ..device.team import team
+from ..device.team import Team, team
 from ..planning.planning import Plan
 from ..results import frame_fields
 from ..results.result import Result
@@ -25,6 +26,7 @@ from .checkpoint.options import checked
 from .device_room import check_device, check_scheme
 from .folder_lock import locked, made_folder
 from .history import MOST_ROWS
+from .initial_faces import kept_start, scene_of_start
 from .initial_state import check_initial, layers_of, points_of, start_from
 from .interrupts import pools_served
 from .law_checks import check_laws
@@ -34,7 +36,7 @@ from .prepared import checkpoint_head, finished_plan, start_terms
 from .progress import ProgressBar
 from .rank_asked import Asked
 from .rank_checks import check_alike, check_ranks, check_same_start
-from .rank_files import on_all
+from .rank_files import on_all, on_first
 from .rank_run import simulate_on_ranks
 from .recorder import Recorder, check_folder, writing_beside
 from .written_run import carry_out
@@ -65,6 +67,8 @@ def simulate(
     arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows (docs/COLUMNS.md says
     which numbers still count every step); initial: start from the end of another run of the same bodies, whatever
     velocity and displacement they name: positions, velocities, friction layers and the rows of bodies in contact go on,
+    with contact="auto" the contact faces of that run, and those that may meet from its end (a warning names bodies that
+    have more so),
     while time starts at 0 again for moving obstacles and the sums of the history, and a scene without `FrictionLayer`
     drops the layers (a scene whose obstacle has moved to where the meshes would be inside it gives the bodies a
     displacement out of it); pressures: keep the pressures of the contact nodes at every row of the history
@@ -124,19 +128,23 @@ def simulate(
             check_same_start(together, initial)
             initial = initial.shared_by(together)
 
-    def begin() -> tuple[Start, Any, Any]:
+    def begin() -> tuple[Start, Scene, list[str], Start | None, Any, Any]:
         places = start_from(scene, initial)
-        return (places, (), ()) if initial is None else (places, layers_of(scene, initial), points_of(scene, initial))
+        if initial is None:
+            return places, scene, [], None, (), ()
+        later, said = scene_of_start(scene, places, initial, getattr(scheme, "implicit", False))
+        return places, later, said, kept_start(later, *places), layers_of(later, initial), points_of(later, initial)
 
-    (displacement, velocity), layers, points = on_all(together, begin)
+    (displacement, velocity), scene, told, kept, layers, points = on_all(together, begin)
+    if told:
+        _tell(told, together)
     pairs = None if initial is None else initial.pairs
     if together is not None:
         wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
         rows = history_every, history_rows
         others = pressures, precision, contact_ranks, arch
         asked = Asked(scene, scheme, start, layers, points, pairs, frames, wanted, rows, *others)
-        own = None if initial is None else start
-        return simulate_on_ranks(together, asked, out, options, own, threads, progress)
+        return simulate_on_ranks(together, asked, out, options, kept, threads, progress)
     folder = None if out is None else check_folder(out)
     wanted = frame_fields.chosen(scene, fields)
     if folder is not None:
@@ -174,7 +182,6 @@ def simulate(
             history = history_every, history_rows
             head = checkpoint_head(scene, scheme, options, wanted, history, pressures, precision)
             head["contact_ranks"] = contact_ranks  # for ranks that go on
-            kept = None if initial is None else (displacement, velocity)
             new = contents.prints(run)
             if points:  # a run made again for `resume` starts without them: checkpoints always hold the state
                 new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
@@ -182,6 +189,16 @@ def simulate(
         start_terms(run, layers, pairs, initial is not None)  # after the fingerprints of the new run
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
+
+
+def _tell(texts: Sequence[str], together: Team | None) -> None:
+    """Issue warnings before a run, of several ranks on the first one; all raise one that the user has made an error."""
+
+    def tell() -> None:
+        for text in texts:
+            warnings.warn(text, RuntimeWarning, stacklevel=4)
+
+    tell() if together is None else on_first(together, tell)
 
 
 def _prepared(scene: Any, scheme: Any) -> tuple[Scene, Any]:

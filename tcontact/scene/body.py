@@ -41,14 +41,15 @@ class Body:
     material: one for all cells, or a dict from names of cell sets of the mesh to materials, such as
     {"core": steel, "skin": rubber}, with every cell in exactly one of these sets;
     velocity [m/s]: a vector, an array [n, 3] or a callable(nodes) -> [n, 3]; contact: name(s) of the sets that can
-    touch an obstacle, "auto" for the outer faces that may meet one of the scene's (see `reach`; a set of that name goes
-    first), or None for a body that passes through; supports: held and driven components; formulation: "full"
-    integration; tetrahedra with "node-averaged": volume changes averaged at the nodes, for poisson near 1/2 (not with
-    `StVenantKirchhoff`); hexahedra with "mean-dilatation": one volume change per cell, for the same, or "reduced": one
-    point, the mean gradient, and a stiffness against hourglassing; in a mesh of several kinds those that have one of
-    the latter two take it, the others are integrated fully; None: what suits the material, "mean-dilatation" for
-    hexahedra of a metal, "node-averaged" for a mesh of tetrahedra of a metal or above poisson 0.4 (not with
-    `MieGrueneisen`), else "full";
+    touch an obstacle or another body, "auto" for the outer faces that may meet one of the scene's in its duration as
+    the body stands at the start (see `reach`; a body that turns later needs "all"), "all" for its whole surface (sets
+    of these names go first), or None for a body that passes through; supports: held and driven components;
+    formulation: "full" integration; tetrahedra with "node-averaged": volume changes averaged at the nodes, for poisson
+    near 1/2 (not with `StVenantKirchhoff`); hexahedra with "mean-dilatation": one volume change per cell, for the same,
+    or "reduced": one point, the mean gradient, and a stiffness against hourglassing; in a mesh of several kinds those
+    that have one of the latter two take it, the others are integrated fully; None: what suits the material,
+    "mean-dilatation" for hexahedra of a metal, "node-averaged" for a mesh of tetrahedra of a metal or above poisson 0.4
+    (not with `MieGrueneisen`), else "full";
     displacement [m]: start of the nodes relative to the mesh, which is unstrained, given like velocity (None = 0);
     supported components are held or driven from there, and massless contact nodes are brought to equilibrium before
     the first row, so that the strain energy of their cells may be less than that of the field given;
@@ -108,9 +109,11 @@ class Body:
         if self.contact is not None:
             names = [self.contact] if isinstance(self.contact, str) else self.contact
             if not isinstance(names, Sequence) or not names or not all(isinstance(name, str) for name in names):
-                raise InputError("Body.contact", self.contact, "give a set name, a list of set names, or None")
+                raise InputError(
+                    "Body.contact", self.contact, "give a set name, a list of set names, 'auto', 'all' or None"
+                )
             object.__setattr__(self, "contact", tuple(names))
-            if not self.finds_contact:
+            if not (self.finds_contact or self.touches_all_over):
                 self.mesh.faces_of(names)
         check_contact(self.images, self.mesh, self.contact_faces, self.contact)
         for name, kind in PARTS.items():
@@ -162,7 +165,16 @@ class Body:
     @property
     def finds_contact(self) -> bool:
         """Return whether the scene finds its contact faces."""
-        return self.contact == ("auto",) and not {"auto"} & {*self.mesh.node_sets, *self.mesh.face_sets}
+        return self._contact_is("auto")
+
+    @property
+    def touches_all_over(self) -> bool:
+        """Return whether its whole surface can touch something."""
+        return self._contact_is("all")
+
+    def _contact_is(self, word: str) -> bool:
+        """Return whether `contact` is a word that no set of the mesh has as its name."""
+        return self.contact == (word,) and word not in self.mesh.node_sets and word not in self.mesh.face_sets
 
     @property
     def touches(self) -> bool:
@@ -180,6 +192,8 @@ class Body:
         """Faces [k, 4|3] that can touch something, oriented outward; with "auto" only in a scene's own bodies."""
         if self.contact is None or self.finds_contact:
             return self.mesh.boundary_faces()[:0]
+        if self.touches_all_over:
+            return self.outer_faces
         return self.mesh.faces_of(list(self.contact))
 
     @cached_property

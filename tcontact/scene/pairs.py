@@ -126,7 +126,8 @@ def pairs_of(scene: Any, approach: Approach) -> tuple[BodyPair, ...]:
     """Return the pairs of bodies of a scene that are in contact with each other; approach: of their contact faces.
 
     With "auto" these are the bodies whose contact faces may meet; none where something rules out contact between
-    bodies: a run then stops where bodies meet. Raises `InputError` for a list with pairs that cannot be.
+    bodies: a run then stops where bodies meet. The approach is that of the start, which may be the end of another run.
+    Raises `InputError` for a list with pairs that cannot be.
     """
     if scene.pairs is None or (scene.pairs == "auto" and len(scene.bodies) < 2):
         return ()

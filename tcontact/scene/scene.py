@@ -111,7 +111,7 @@ class Scene:
         object.__setattr__(self, "bodies", with_spring_speeds(self.bodies, self.springs))
         within = self.obstacles if self.contact is not None else (), self.duration, self.largest_gravity
         outer = Approach(self, outer=True)
-        reached = self._faces_of_others(outer)
+        reached = self.faces_of_others(outer)
         named = zip(self.bodies, reached, strict=True)
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within, faces) for body, faces in named))
         object.__setattr__(self, "body_pairs", pairs_of(self, Approach(self, outer=False, before=outer)))
@@ -227,7 +227,7 @@ class Scene:
         if isinstance(self.friction, FrictionLayer):
             raise InputError("Scene.friction", self.friction, f"{without} no friction layers; use Coulomb")
 
-    def _faces_of_others(self, approach: Approach) -> list[np.ndarray | None]:
+    def faces_of_others(self, approach: Approach) -> list[np.ndarray | None]:
         """Return for every outer face of each body with contact="auto" whether it may meet another one of its pairs.
 
         None for other bodies, and where bodies are not in contact with each other.

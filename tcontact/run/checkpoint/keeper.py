@@ -20,23 +20,23 @@ SHARE = 0.01  # largest share of the wall time for checkpoints
 
 START = "start:"
 
-Start = tuple[list[np.ndarray], list[np.ndarray]]
+Start = tuple[list[np.ndarray], ...]  # displacements [m], velocities [m/s], contact faces of all bodies
 
 
 def start_of(stored: store.Stored) -> Start | None:
     """Remove the start from the arrays of a checkpoint and return it; None if it is that of the scene."""
-    parts: Start = ([], [])
+    parts: Start = ([], [], [])
     for name in [name for name in stored.found if name.startswith(START)]:
         parts[int(name[len(START)])].append(stored.found.pop(name))
-    return parts if parts[0] else None
+    return tuple(part for part in parts if part) or None
 
 
 class Keeper:
     """Writes the checkpoints of one run into its folder.
 
     options: when to write, None = only before a run stops for a signal; new: fingerprints of the arrays of the new run;
-    head: data for `resume`: fingerprint, options, origin of the run; start: displacements [m] and velocities [m/s] at
-    the start, if they are not those of the scene.
+    head: data for `resume`: fingerprint, options, origin of the run; start: displacements [m], velocities [m/s] and
+    contact faces at the start, if they are not those of the scene.
     """
 
     def __init__(
@@ -52,7 +52,9 @@ class Keeper:
         self.every_steps = None if options is None else options.every_steps
         self.folder, self.recorder, self.head, self.new = folder, recorder, head, new
         self.keep = bool(head["keep"])
-        self._start = {} if start is None else {f"{START}{k}/{i}": a for k in (0, 1) for i, a in enumerate(start[k])}
+        self._start = (
+            {} if start is None else {f"{START}{k}/{i}": a for k, own in enumerate(start) for i, a in enumerate(own)}
+        )
         self.written = 0
         self._failed = False
         self._next_row, self._next_time = self.every_steps or 0, self._wait(perf_counter(), 0.0)

@@ -43,6 +43,10 @@ class Looks:
         """Return the largest number of rows of a launch that starts at that row, up to the next look."""
         return max(1, min((one.due for one in self.looks if one.ends_launches), default=FOREVER) - number + 1)
 
+    def entered(self) -> str:
+        """Return which bodies of pairs met with faces that contact does not hold, with the remedy; "" for none."""
+        return "".join(one.entered.found for one in self.looks if isinstance(one, PairOverlap))
+
     def take(self, run: Run, row: int, time: float, step: float) -> Stop | None:
         """Take the looks due after a row, all of them after the last (step = 0). Returns a stop or None."""
         for one in self.looks:

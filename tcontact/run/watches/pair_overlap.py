@@ -7,8 +7,6 @@ contact reaches would pass the faces of each other unseen: they are stopped befo
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 
 from ...contact.pairs.coupling import FAR
@@ -17,12 +15,13 @@ from ...scene.meeting import FACING
 from ..guards import Stop
 from ..watched import Run
 from .body_meeting import Surface
+from .pair_entered import PairEntered
+from .slabs import within_slabs
 
 DEEP = 1.0  # depth over the mean edge of the finer surface that contact does not explain
 RARELY = 32  # most rows between two looks
 AHEAD = 2.0  # speed until the next look over the present speed
 SAMPLES = 64  # largest number of nodes whose depth is measured at a look
-SLABS = 48  # pairs of parallel planes around a body, in directions spread evenly; what is outside of any is not deep
 
 
 class PairOverlap:
@@ -35,6 +34,7 @@ class PairOverlap:
         self._before = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
         self.due, self._seen = 0, -1
         self._seen_by_contact = _depths(run)
+        self.entered = PairEntered(run, self._surfaces)
 
     @staticmethod
     def of(run: Run) -> PairOverlap | None:
@@ -51,7 +51,8 @@ class PairOverlap:
             deep = DEEP * min(self._surfaces[number].mean_edge for number in (pair.first, pair.second))
             both = [(now[number].min(axis=0), now[number].max(axis=0)) for number in (pair.first, pair.second)]
             apart = max(0.0, float(np.max([both[1][0] - both[0][1], both[0][0] - both[1][1]])))
-            for one, other in ((pair.first, pair.second), (pair.second, pair.first)) if apart == 0.0 else ():
+            both_ways = ((pair.first, pair.second), (pair.second, pair.first)) if apart == 0.0 else ()
+            for one, other in both_ways:
                 place = _deep_node(now[one], now[other], self._surfaces[other].closed, deep)
                 if place is not None:
                     return _overlap(run.scene.label(one), run.scene.label(other), place, time + step)
@@ -67,6 +68,8 @@ class PairOverlap:
                     parts.append((self._before[number][faces], own[faces].mean(axis=1)))
                 if _passes(parts[0], parts[1], rows + AHEAD, depth):
                     return _too_fast(run.scene.label(pair.first), run.scene.label(pair.second), depth, time + step)
+            for one, other in both_ways if speed <= depth else ():  # faster ones are deep before contact sees them
+                self.entered.look(run, one, other, now, time + step)
             wait = min(wait, (apart + deep) / (AHEAD * speed) if speed > 0.0 else wait)
         self.due = row + int(np.clip(wait, 1, RARELY))
         self._before, self._seen = now, row
@@ -127,12 +130,7 @@ def _deep_node(nodes: np.ndarray, other: np.ndarray, closed: np.ndarray, deep: f
     """
     from scipy.spatial import cKDTree
 
-    inside = ((nodes >= other.min(axis=0) + deep) & (nodes <= other.max(axis=0) - deep)).all(axis=1)
-    near = nodes[inside]
-    if not len(near):
-        return None
-    spans, own = other @ _slabs().T, near @ _slabs().T
-    near = near[((own >= spans.min(axis=0) + deep) & (own <= spans.max(axis=0) - deep)).all(axis=1)]
+    near = nodes[within_slabs(nodes, other, deep)]
     if not len(near):
         return None
     near = near[:: -(-len(near) // SAMPLES)]
@@ -145,17 +143,8 @@ def _deep_node(nodes: np.ndarray, other: np.ndarray, closed: np.ndarray, deep: f
     return None
 
 
-@functools.cache
-def _slabs() -> np.ndarray:
-    """Return the unit normals [SLABS, 3] of the slabs, on a spiral around half a sphere."""
-    height = (np.arange(SLABS) + 0.5) / SLABS
-    angle = np.pi * (1.0 + np.sqrt(5.0)) * np.arange(SLABS)
-    radius = np.sqrt(1.0 - height**2)
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1)
-
-
 def _overlap(one: str, other: str, place: np.ndarray, time: float) -> Stop:
     where = ", ".join(f"{part:.4g}" for part in place)
     text = f"a node of body {one} at ({where}) is deep inside body {other} at t = {time:.6g} s: faces outside their"
-    return Stop("missed-contact", f"{text} contact sets met, or the bodies went too far in a step: add the faces to"
-                                  " Body.contact, or give a smaller cfl or a stiffer penalty")  # fmt: skip
+    text += " contact sets met, or the bodies went too far in a step: add the faces to Body.contact (contact='all': the"
+    return Stop("missed-contact", f"{text} whole surface), or give a smaller cfl or a stiffer penalty")
