@@ -1,8 +1,7 @@
 """Pairs of bodies that can touch each other: which they are, and which body of a pair is the slave (METHOD 7).
 
-A total order of the bodies decides: bodies with held contact nodes come last; then by stiffness (lambda + 2 mu of the
-material, over that of the softest body) in powers of 2, by the mean area of a contact face, by the place in the scene.
-The lower one of a pair is the slave: its contact nodes get the constraint rows.
+A total order of the bodies decides (`slaves`). The lower one of a pair is the slave: its contact nodes get the
+constraint rows.
 """
 
 from __future__ import annotations
@@ -17,16 +16,13 @@ import numpy as np
 from ..base import validate
 from ..base.column_names import column_word
 from ..base.errors import InputError
-from .body import Body
 from .contact_models import MasslessContact, PenaltyContact
 from .friction_models import FrictionModel, coefficient_of
-from .meeting import area_vectors, facing_faces
+from .meeting import facing_faces
 from .reach import speed_by_loads
+from .slaves import held, places_of
 
-STIFF = 4.0  # stiffness of a slave over that of its master above which a run warns
-PRODUCTS, MORE = 25.0, 34.0  # products of a static solve with a soft slave, and more for every factor of 10 (measured)
 SLACK = 1.5  # factor on the way of two bodies, for waves that add to their speed
-LEAST = float(np.finfo(float).tiny)  # [Pa], where processors take smaller numbers for 0
 
 
 @dataclass(frozen=True)
@@ -35,7 +31,8 @@ class Pair:
 
     first, second: the names; forces in the history act on the first one. friction: the model between these two bodies
     in place of `Scene.friction` (`NoFriction`: none); None takes `Scene.friction`. slave: the name of the body
-    whose contact nodes get the constraint rows; None chooses the softer one, then the one with the smaller faces.
+    whose contact nodes get the constraint rows; None chooses the one that is curved or sharp where the other is flat
+    with coarser faces than that curvature, else the softer one, then the one with the smaller faces.
     initial_gap: "as-meshed", or "closed": gaps and overlaps at the start below h^2 kappa / 8 (h: size of a face, kappa:
     curvature of the surface), which come from flat faces on curved surfaces, count as closed. Raises `InputError`.
     """
@@ -131,14 +128,16 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
     if scene.pairs is None or (scene.pairs == "auto" and len(scene.bodies) < 2):
         return ()
     why_not = hindrance(scene)
-    ranks = _ranks(scene.bodies)
     found = []
     if scene.pairs == "auto":
         if why_not:
             return ()
-        for first, second in itertools.combinations(range(len(scene.bodies)), 2):
-            slave = min(first, second, key=ranks.__getitem__)
-            if may_meet(scene, first, second) and not _held(scene.bodies[slave]):
+        every = itertools.combinations(range(len(scene.bodies)), 2)
+        meeting = [(first, second) for first, second in every if may_meet(scene, first, second)]
+        places = places_of(scene.bodies, meeting)
+        for first, second in meeting:
+            slave = min(first, second, key=places.__getitem__)
+            if not held(scene.bodies[slave]):
                 name = column_word(f"{scene.label(first)}-{scene.label(second)}")
                 found.append(BodyPair(name, first, second, slave, friction=scene.friction))
         _check_pair_names(found)
@@ -153,9 +152,12 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
                 raise InputError(f"Pair.{field}", name, "it has no contact faces: give its Body.contact")
         if why_not:
             raise InputError("Scene.pairs", pair.name, why_not)
-        first, second = labels.index(pair.first), labels.index(pair.second)
-        slave = min(first, second, key=ranks.__getitem__) if pair.slave is None else labels.index(pair.slave)
-        if _held(scene.bodies[slave]):
+    both = [(labels.index(pair.first), labels.index(pair.second)) for pair in scene.pairs]
+    open_ones = [numbers for pair, numbers in zip(scene.pairs, both, strict=True) if pair.slave is None]
+    places = places_of(scene.bodies, open_ones)
+    for pair, (first, second) in zip(scene.pairs, both, strict=True):
+        slave = min(first, second, key=places.__getitem__) if pair.slave is None else labels.index(pair.slave)
+        if held(scene.bodies[slave]):
             remedy = (
                 "supports hold some of its contact nodes, which cannot be slaves: make the other body the slave, or"
             )
@@ -196,58 +198,6 @@ def slave_order(pairs: Sequence[BodyPair], count: int) -> list[int]:
         for pair in pairs:
             place[pair.master] = max(place[pair.master], place[pair.slave] + 1)
     return place
-
-
-def _ranks(bodies: Sequence[Body]) -> list[tuple[bool, int, float, int]]:
-    """Return the key of every body in the order of slaves, the first one is slave of all others.
-
-    Nodes that supports hold in all components cannot be slaves: bodies with such contact nodes come last.
-    """
-    softest = min(_stiffness(body) for body in bodies)
-    for index, body in enumerate(bodies):
-        if not np.isfinite(_stiffness(body)):
-            raise InputError(
-                f"Scene.bodies[{index}].material", body.material, "its stiffness overflows; look at the units"
-            )
-    keys = []
-    for index, body in enumerate(bodies):
-        power = round(float(np.log2(max(_stiffness(body), LEAST)) - np.log2(max(softest, LEAST))))
-        keys.append((_held(body), power, mean_area(body), index))
-    return keys
-
-
-def _stiffness(body: Body) -> float:
-    """Return the largest lambda + 2 mu [Pa] of the materials of a body."""
-    return max(material.lame_lambda + 2.0 * material.lame_mu for material in body.materials)
-
-
-def stiff_slaves(scene: Any) -> list[str]:
-    """Return a warning for every pair whose slave was chosen and is much stiffer than its master, which is none."""
-    found = []
-    if isinstance(scene.contact, MasslessContact):
-        for pair in scene.body_pairs:
-            ratio = _stiffness(scene.bodies[pair.slave]) / _stiffness(scene.bodies[pair.master])
-            if ratio > STIFF and not _held(scene.bodies[pair.master]):
-                slave, master = scene.label(pair.slave), scene.label(pair.master)
-                products = PRODUCTS + MORE * np.log10(ratio)
-                found.append(
-                    f"the slave {slave} of the pair {pair.name} is {ratio:.3g} times stiffer than its master {master}:"
-                    f" expect about {products:.0f} products a step in the static solve instead of {PRODUCTS:.0f}; leave"
-                    f" Pair.slave at None or make {master} the slave"
-                )
-    return found
-
-
-def _held(body: Body) -> bool:
-    """Return whether supports hold a contact node of the body in all components."""
-    return bool(np.isfinite(body.prescribed[body.contact_nodes]).all(axis=1).any())
-
-
-def mean_area(body: Body) -> float:
-    """Return the mean area [m^2] of the contact faces of a body, to 6 digits; 0 without any."""
-    if not body.touches:
-        return 0.0
-    return float(f"{np.linalg.norm(area_vectors(body.initial_at(body.contact_faces)), axis=1).mean():.6g}")
 
 
 def may_meet(scene: Any, first: int, second: int) -> bool:
