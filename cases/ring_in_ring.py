@@ -23,7 +23,7 @@ import numpy as np
 import tcontact as tc
 from tcontact.cases import _choices as choices
 from tcontact.results import checks as ck
-from tcontact.scene.pairs import mean_area
+from tcontact.scene.slaves import mean_area
 from tcontact.show import plots
 
 INSIDE, OUTSIDE, THICKNESS = 0.5, 1.5, 0.2  # radii and length of the rings over the radius of the fit

@@ -23,7 +23,7 @@ import numpy as np
 import tcontact as tc
 from tcontact.cases import _choices as choices
 from tcontact.results import checks as ck
-from tcontact.scene.pairs import mean_area
+from tcontact.scene.slaves import mean_area
 
 AFTER = 1.3  # the run ends this long after the touch, in durations of the contact
 

@@ -46,7 +46,7 @@ class HourglassWarning(RuntimeWarning):
 class SlaveWarning(RuntimeWarning):
     """The chosen slave of a pair of bodies does not suit its master.
 
-    It is much stiffer, which makes the static solve slow, or its faces are too coarse for the curvature of the master.
+    It is much stiffer, which makes the static solve slow, or its faces are too coarse for a curved or sharp master.
     """
 
 

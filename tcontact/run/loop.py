@@ -18,8 +18,8 @@ from ..planning.measured import combined
 from ..planning.planning import Plan
 from ..results.result import Maximum, Result
 from ..scene.contact_models import MasslessContact
-from ..scene.pairs import stiff_slaves
 from ..scene.scene import Scene
+from ..scene.slaves import slave_warnings
 from ..schemes import Scheme
 from ..schemes.explicit.body_view import BodyView
 from ..schemes.explicit.stable_step import coarse, largest_rate, with_viscosity
@@ -77,7 +77,7 @@ class Run:
             text = locking(body.body, body.label)
             if text is not None:
                 self.warn(text, LockingWarning)
-        for text in stiff_slaves(scene):
+        for text in slave_warnings(scene):
             self.warn(text, SlaveWarning)
         self.limits = self.searches()
         for state, own in zip(self.states, points, strict=bool(points)):

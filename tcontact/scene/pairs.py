@@ -1,8 +1,7 @@
 """Pairs of bodies that can touch each other: which they are, and which body of a pair is the slave (METHOD 7).
 
-A total order of the bodies decides: bodies with held contact nodes come last; then by stiffness (lambda + 2 mu of the
-material, over that of the softest body) in powers of 2, by the mean area of a contact face, by the place in the scene.
-The lower one of a pair is the slave: its contact nodes get the constraint rows.
+A total order of the bodies decides (`slaves`). The lower one of a pair is the slave: its contact nodes get the
+constraint rows.
 """
 
 from __future__ import annotations
@@ -11,22 +10,15 @@ import graphlib
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from ..base import validate
 from ..base.column_names import column_word
 from ..base.errors import InputError
 from .approach import Approach
-from .body import Body
 from .contact_models import MasslessContact, PenaltyContact
 from .friction_models import FrictionModel, coefficient_of
-from .meeting import area_vectors
-
-STIFF = 4.0  # stiffness of a slave over that of its master above which a run warns
-PRODUCTS, MORE = 25.0, 34.0  # products of a static solve with a soft slave, and more for every factor of 10 (measured)
-LEAST = float(np.finfo(float).tiny)  # [Pa], where processors take smaller numbers for 0
+from .slaves import held, places_of
 
 
 @dataclass(frozen=True)
@@ -35,7 +27,8 @@ class Pair:
 
     first, second: the names; forces in the history act on the first one. friction: the model between these two bodies
     in place of `Scene.friction` (`NoFriction`: none); None takes `Scene.friction`. slave: the name of the body
-    whose contact nodes get the constraint rows; None chooses the softer one, then the one with the smaller faces.
+    whose contact nodes get the constraint rows; None chooses the one that is curved or sharp where the other is flat
+    with coarser faces than that curvature, else the softer one, then the one with the smaller faces.
     initial_gap: "as-meshed", or "closed": gaps and overlaps at the start below h^2 kappa / 8 (h: size of a face, kappa:
     curvature of the surface), which come from flat faces on curved surfaces, count as closed. Raises `InputError`.
     """
@@ -131,18 +124,20 @@ def pairs_of(scene: Any, approach: Approach) -> tuple[BodyPair, ...]:
     """
     if scene.pairs is None or (scene.pairs == "auto" and len(scene.bodies) < 2):
         return ()
-    why_not = hindrance(scene)
-    ranks = _ranks(scene.bodies)
+    why_not, fixed = hindrance(scene), [held(body) for body in scene.bodies]
     found = []
     if scene.pairs == "auto":
         if why_not:
             return ()
-        for first in range(len(scene.bodies)):
-            for second in approach.near(first):
-                slave = min(first, second, key=ranks.__getitem__)
-                if second > first and not ranks[slave].held and approach.meeting(first, second).any():
-                    name = column_word(f"{scene.label(first)}-{scene.label(second)}")
-                    found.append(BodyPair(name, first, second, slave, friction=scene.friction))
+        everyone = range(len(scene.bodies))
+        near = [(first, second) for first in everyone for second in approach.near(first) if second > first]
+        meeting = [(first, second) for first, second in near if approach.meeting(first, second).any()]
+        places = places_of(scene.bodies, meeting)
+        for first, second in meeting:
+            slave = min(first, second, key=places.__getitem__)
+            if not fixed[slave]:
+                name = column_word(f"{scene.label(first)}-{scene.label(second)}")
+                found.append(BodyPair(name, first, second, slave, friction=scene.friction))
         _check_pair_names(found)
         return tuple(found)
     labels = {scene.label(index): index for index in range(len(scene.bodies))}
@@ -155,9 +150,12 @@ def pairs_of(scene: Any, approach: Approach) -> tuple[BodyPair, ...]:
                 raise InputError(f"Pair.{field}", name, "it has no contact faces: give its Body.contact")
         if why_not:
             raise InputError("Scene.pairs", pair.name, why_not)
-        first, second = labels[pair.first], labels[pair.second]
-        slave = min(first, second, key=ranks.__getitem__) if pair.slave is None else labels[pair.slave]
-        if ranks[slave].held:
+    both = [(labels[pair.first], labels[pair.second]) for pair in scene.pairs]
+    open_ones = [numbers for pair, numbers in zip(scene.pairs, both, strict=True) if pair.slave is None]
+    places = places_of(scene.bodies, open_ones)
+    for pair, (first, second) in zip(scene.pairs, both, strict=True):
+        slave = min(first, second, key=places.__getitem__) if pair.slave is None else labels[pair.slave]
+        if fixed[slave]:
             remedy = (
                 "supports hold some of its contact nodes, which cannot be slaves: make the other body the slave, or"
             )
@@ -209,65 +207,3 @@ def slave_order(pairs: Sequence[BodyPair], count: int) -> list[int]:
         if place == before:
             break
     return place
-
-
-class Rank(NamedTuple):
-    """The key of a body in the order of slaves; held: supports hold some of its contact nodes in all components."""
-
-    held: bool
-    power: int
-    area: float
-    place: int
-
-
-def _ranks(bodies: Sequence[Body]) -> list[Rank]:
-    """Return the key of every body in the order of slaves, the first one is slave of all others.
-
-    Nodes that supports hold in all components cannot be slaves: bodies with such contact nodes come last.
-    """
-    stiffness = [_stiffness(body) for body in bodies]
-    softest = min(stiffness)
-    for index, body in enumerate(bodies):
-        if not np.isfinite(stiffness[index]):
-            raise InputError(
-                f"Scene.bodies[{index}].material", body.material, "its stiffness overflows; look at the units"
-            )
-    keys = []
-    for index, body in enumerate(bodies):
-        power = round(float(np.log2(max(stiffness[index], LEAST)) - np.log2(max(softest, LEAST))))
-        keys.append(Rank(_held(body), power, mean_area(body), index))
-    return keys
-
-
-def _stiffness(body: Body) -> float:
-    """Return the largest lambda + 2 mu [Pa] of the materials of a body."""
-    return max(material.lame_lambda + 2.0 * material.lame_mu for material in body.materials)
-
-
-def stiff_slaves(scene: Any) -> list[str]:
-    """Return a warning for every pair whose slave was chosen and is much stiffer than its master, which is none."""
-    found = []
-    if isinstance(scene.contact, MasslessContact):
-        for pair in scene.body_pairs:
-            ratio = _stiffness(scene.bodies[pair.slave]) / _stiffness(scene.bodies[pair.master])
-            if ratio > STIFF and not _held(scene.bodies[pair.master]):
-                slave, master = scene.label(pair.slave), scene.label(pair.master)
-                products = PRODUCTS + MORE * np.log10(ratio)
-                found.append(
-                    f"the slave {slave} of the pair {pair.name} is {ratio:.3g} times stiffer than its master {master}:"
-                    f" expect about {products:.0f} products a step in the static solve instead of {PRODUCTS:.0f}; leave"
-                    f" Pair.slave at None or make {master} the slave"
-                )
-    return found
-
-
-def _held(body: Body) -> bool:
-    """Return whether supports hold a contact node of the body in all components."""
-    return bool(np.isfinite(body.prescribed[body.contact_nodes]).all(axis=1).any())
-
-
-def mean_area(body: Body) -> float:
-    """Return the mean area [m^2] of the contact faces of a body, to 6 digits; 0 without any."""
-    if not body.touches:
-        return 0.0
-    return float(f"{np.linalg.norm(area_vectors(body.initial_at(body.contact_faces)), axis=1).mean():.6g}")

@@ -14,6 +14,7 @@ from ...device import arrays
 from ...kernels import pair_places as at
 from ...planning.body_plan import BodyPlan
 from ...planning.domain import Domain
+from ...scene.slaves import stiffness
 from ..constraint_rows import ConstraintRows
 from .coupling import Coupling, came_in_fast, couple, deepest_point, empty, starts
 from .node_to_surface import couple_nodes
@@ -25,6 +26,7 @@ SLIP = 0.03  # slip since the rows were built, over the size of a slave face, be
 TIGHT = 1e-6  # tolerance of the static solve below which that slip is smaller in the same ratio
 SEARCHED = 4.0  # room of a search over the way of a node, against the mean one, after which it is repeated
 COARSE = 0.05  # overlap of a row over the size of a slave face that a warning tells of where no faces overlap
+PHANTOM = 0.01  # what rows press in there over the kinetic energy of the bodies, that it tells of
 OVERLAP = 1e-6  # overlap at the start over the size of a slave face that rounding may cause
 LEFT = 1e-2  # the same where the bodies start displaced, as another run may have left them in contact
 YIELDS = 1.0  # the same with a penalty
@@ -305,15 +307,19 @@ class PairContact:
 
         They do where a row has a negative gap and faces overlap: flat faces on curved surfaces may do one of the two;
         and where they overlap without a row (start_overlap.py). Warns where rows of a coarse slave press though no face
-        does.
+        does, deep or with some energy.
         """
         positions = self._reference + u
         for facing in self.facings:
             pairs = close_faces(facing, positions)
             gap, where = deepest_point(facing, positions, pairs)
             rows = self._movable(self._couple(facing, positions, pairs))
-            smallest = float(rows.gaps(positions).min(initial=np.inf))
-            if gap > 0.0 and smallest < -max(COARSE * facing.slave.size, facing.closed):
+            gaps = rows.gaps(positions)
+            smallest = float(gaps.min(initial=np.inf))
+            if gap > 0.0 and (
+                smallest < -max(COARSE * facing.slave.size, facing.closed)
+                or (smallest < -facing.closed and not u.any() and self._outweighs(facing, rows, gaps))
+            ):
                 masters = " or ".join(sorted({self.labels[body] for body in facing.master_bodies}))
                 warnings.warn(
                     f"the faces of the slave {self.labels[facing.slave.body]} are too coarse for the curvature of"
@@ -333,6 +339,19 @@ class PairContact:
                 raise InputError("Scene.bodies", self.labels[facing.slave.body], remedy)
             least = (LEFT if u.any() else OVERLAP) * facing.slave.size
             refuse_overlaps(domain, facing, rows, positions, least, allowed)
+
+    def _outweighs(self, facing: Facing, rows: Coupling, gaps: np.ndarray) -> bool:
+        """Return whether what rows press in at the start is not small against the motion of the bodies.
+
+        gaps [r] [m]: of the rows. A layer as thick as a slave face is pressed in by them, of the softer body: that is
+        the elastic energy of the first row of the history within a factor of 2.
+        """
+        bodies = [self._bodies[body].body for body in sorted({facing.slave.body, *facing.master_bodies})]
+        modulus = min(stiffness(body) for body in bodies)
+        pressed = 0.5 * modulus / facing.slave.size * float(rows.area @ np.minimum(gaps, 0.0) ** 2)
+        speeds = [float((body.initial_velocity**2).sum(axis=1).mean()) for body in bodies]
+        moves = 0.5 * sum(body.mass * square for body, square in zip(bodies, speeds, strict=True) if square > 0.0)
+        return pressed > PHANTOM * moves > 0.0
 
     def _close(self, couplings: list[Coupling], positions: np.ndarray) -> None:
         """Let the gaps of the start that come from flat faces count as closed, for pairs that ask for it."""
