@@ -2,7 +2,9 @@
 
 Contact faces of bodies with contact="auto", and the pairs of pairs="auto", are those that may meet from where the
 bodies are then and with the velocities that they have; faces that the run before had stay contact faces, as their nodes
-are without mass.
+are without mass. Each body counts with its rigid motion: as it is deformed, or vibrates, faces of its sides would look
+at what they do not meet, and their nodes would lose their mass amid the motion. For the same reason a body that has
+hardly turned counts as not turned.
 """
 
 from __future__ import annotations
@@ -17,6 +19,8 @@ from .body import Body
 from .pairs import pairs_of
 from .reach import with_reached_faces
 from .scene import Scene
+
+TURNED = 0.1  # angle [rad] up to which a body counts as not turned
 
 
 def started_from(
@@ -63,7 +67,8 @@ def _with_bodies(scene: Scene, bodies: Sequence[Body]) -> Scene:
 
 
 def _started(body: Body, displacement: np.ndarray, velocity: np.ndarray) -> Body:
-    """Return the body with another start: displacement [n, 3] [m], velocity [n, 3] [m/s]."""
+    """Return the body with another start, of its rigid motion: displacement [n, 3] [m], velocity [n, 3] [m/s]."""
+    displacement, velocity = rigid_motion(body.mesh.nodes, displacement, velocity)
     result = copy.copy(body)
     result.__dict__.update(displacement=displacement, initial_displacement=displacement, initial_velocity=velocity)
     return result
@@ -77,3 +82,21 @@ def _touching(body: Body, faces: np.ndarray) -> Body:
     result.__dict__.pop("contact_nodes", None)
     result.__dict__["contact_faces"] = faces
     return result
+
+
+def rigid_motion(places: np.ndarray, displacement: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the displacement [n, 3] [m] and velocity [n, 3] [m/s] of the rigid motion next to that of some nodes.
+
+    places [n, 3] [m]: of the nodes before it. The rotation minimises the sum of squared distances (Kabsch, Acta
+    Cryst. A 32, 922, 1976), and so does the angular velocity; a rotation up to `TURNED` is left out.
+    """
+    middle, shift = places.mean(axis=0), displacement.mean(axis=0)
+    arms, now = places - middle, places - middle + displacement - shift
+    left, _, right = np.linalg.svd(arms.T @ now)
+    rotation = (left * [1.0, 1.0, np.sign(np.linalg.det(left @ right)) or 1.0]) @ right
+    if np.arccos(np.clip(0.5 * (np.trace(rotation) - 1.0), -1.0, 1.0)) <= TURNED:
+        rotation = np.eye(3)
+    turned, mean = arms @ rotation, velocity.mean(axis=0)
+    inertia = (turned**2).sum() * np.eye(3) - turned.T @ turned
+    spin = np.linalg.pinv(inertia) @ np.cross(turned, velocity - mean).sum(axis=0)
+    return turned - arms + shift, mean + np.cross(spin, turned)
