@@ -82,6 +82,7 @@ def test_the_body_whose_static_solve_fails_is_named():
 def test_layers_of_one_body_do_not_hide_that_another_starts_to_slide():
     bodies = [cube() for _ in range(3)]
     scene = SimpleNamespace(friction=tc.FrictionLayer(), bodies=bodies, obstacles=[PLANE], body_pairs=())
+    scene.pairs_at = [()] * 3
     contact = SimpleNamespace(areas=np.full(5, 1e-4))
     domain = SimpleNamespace(contact=contact, contact_start=np.array([0, 2, 2, 5]), numbers=(0, 1, 2), pairs=())
     domain.records_friction = False
