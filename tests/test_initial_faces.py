@@ -68,6 +68,7 @@ def test_more_faces_than_the_first_run_had_are_named():
     with pytest.warns(RuntimeWarning, match=r"contact='auto' of body up has \d+ faces more than in the run"):
         second = tc.simulate(scene(0.07, **far), threads=THREADS, initial=first)
     assert min(faces(second.scene)) >= 9
+    assert any("faces more than in the run" in text for text in second.warnings)
 
 
 def test_a_body_that_is_deformed_and_hardly_turned_gets_no_faces_of_its_sides():

@@ -20,7 +20,7 @@ class Asked:
 
     start: displacement and velocity [n, 3] of every body; layers, points, pairs: what the run takes over; fields: of
     frames; history: rows between two that are kept, and their largest number; contact_ranks: number of ranks that share
-    the contact, None: chosen (`cut_domain`); arch: the backend.
+    the contact, None: chosen (`cut_domain`); arch: the backend; told: warnings of the run about its start.
     """
 
     scene: Scene
@@ -36,3 +36,4 @@ class Asked:
     precision: str
     contact_ranks: int | None = None
     arch: str = "cpu"
+    told: Sequence[str] = ()

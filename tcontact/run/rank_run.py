@@ -277,8 +277,8 @@ def simulate_on_ranks(
             on_first(team, lambda: ending.enter_context(made_and_locked(folder)))
         run = _made(RankRun, team, planned, parts, asked)
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
-        if said is not None:
-            run.warn(said)
+        for text in [*asked.told, *([] if said is None else [said])]:
+            run.warn(text)
         recorder = keeper = None
         if folder is not None:
             on_first(team, lambda: check_folder(folder))

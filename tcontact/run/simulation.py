@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -14,7 +13,7 @@ from ..base.errors import InputError
 from ..contact.pairs.pair_contact import check_starts
 from ..device import runtime
 from ..device.kernel_counts import counted
-from ..device.team import Team, team
+from ..device.team import team
 from ..planning.planning import Plan
 from ..results import frame_fields
 from ..results.result import Result
@@ -36,7 +35,7 @@ from .prepared import checkpoint_head, finished_plan, start_terms
 from .progress import ProgressBar
 from .rank_asked import Asked
 from .rank_checks import check_alike, check_ranks, check_same_start
-from .rank_files import on_all, on_first
+from .rank_files import on_all
 from .rank_run import simulate_on_ranks
 from .recorder import Recorder, check_folder, writing_beside
 from .written_run import carry_out
@@ -136,14 +135,12 @@ def simulate(
         return places, later, said, kept_start(later, *places), layers_of(later, initial), points_of(later, initial)
 
     (displacement, velocity), scene, told, kept, layers, points = on_all(together, begin)
-    if told:
-        _tell(told, together)
     pairs = None if initial is None else initial.pairs
     if together is not None:
         wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
         rows = history_every, history_rows
         others = pressures, precision, contact_ranks, arch
-        asked = Asked(scene, scheme, start, layers, points, pairs, frames, wanted, rows, *others)
+        asked = Asked(scene, scheme, start, layers, points, pairs, frames, wanted, rows, *others, told)
         return simulate_on_ranks(together, asked, out, options, kept, threads, progress)
     folder = None if out is None else check_folder(out)
     wanted = frame_fields.chosen(scene, fields)
@@ -168,8 +165,8 @@ def simulate(
             process = ending.enter_context(writing_beside(folder, scene, wanted, frames))
         run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures, history_rows, points)
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
-        if said is not None:
-            run.warn(said)
+        for text in [*told, *([] if said is None else [said])]:
+            run.warn(text)
         if folder is None:
             start_terms(run, layers, pairs, initial is not None)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
@@ -189,16 +186,6 @@ def simulate(
         start_terms(run, layers, pairs, initial is not None)  # after the fingerprints of the new run
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
-
-
-def _tell(texts: Sequence[str], together: Team | None) -> None:
-    """Issue warnings before a run, of several ranks on the first one; all raise one that the user has made an error."""
-
-    def tell() -> None:
-        for text in texts:
-            warnings.warn(text, RuntimeWarning, stacklevel=4)
-
-    tell() if together is None else on_first(together, tell)
 
 
 def _prepared(scene: Any, scheme: Any) -> tuple[Scene, Any]:
