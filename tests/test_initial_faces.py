@@ -95,7 +95,7 @@ def test_the_rigid_motion_of_nodes_is_found_and_a_small_turn_left_out(angle):
     arms = x - x.mean(axis=0)
     spin, shift, speed = np.array([3.0, 1.0, -2.0]), np.array([0.2, -5.0, 1.0]), np.array([1.0, 2.0, 3.0])
     turned = arms @ rotation.T
-    moved, velocity = rigid_motion(x, turned - arms + shift, speed + np.cross(spin, turned))
+    moved, velocity = rigid_motion(lambda: (x[:7], x[7:]), turned - arms + shift, speed + np.cross(spin, turned))
     small = angle < TURNED
     assert np.abs(moved - ((0.0 if small else turned - arms) + shift)).max() < 1e-13
     if not small:

@@ -10,7 +10,7 @@ hardly turned counts as not turned.
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -68,7 +68,7 @@ def _with_bodies(scene: Scene, bodies: Sequence[Body]) -> Scene:
 
 def _started(body: Body, displacement: np.ndarray, velocity: np.ndarray) -> Body:
     """Return the body with another start, of its rigid motion: displacement [n, 3] [m], velocity [n, 3] [m/s]."""
-    displacement, velocity = rigid_motion(body.mesh.nodes, displacement, velocity)
+    displacement, velocity = rigid_motion(lambda: body.mesh.portions("nodes"), displacement, velocity)
     result = copy.copy(body)
     result.__dict__.update(displacement=displacement, initial_displacement=displacement, initial_velocity=velocity)
     return result
@@ -84,19 +84,40 @@ def _touching(body: Body, faces: np.ndarray) -> Body:
     return result
 
 
-def rigid_motion(places: np.ndarray, displacement: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def rigid_motion(
+    portions: Callable[[], Iterable[np.ndarray]], displacement: np.ndarray, velocity: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the displacement [n, 3] [m] and velocity [n, 3] [m/s] of the rigid motion next to that of some nodes.
 
-    places [n, 3] [m]: of the nodes before it. The rotation minimises the sum of squared distances (Kabsch, Acta
-    Cryst. A 32, 922, 1976), and so does the angular velocity; a rotation up to `TURNED` is left out.
+    portions: gives the places [m] of the nodes before it, some [k, 3] after the other, so that a mesh that makes them
+    when they are read keeps none. The rotation minimises the sum of squared distances (Kabsch, Acta Cryst. A 32, 922,
+    1976), and so does the angular velocity; a rotation up to `TURNED` is left out.
     """
-    middle, shift = places.mean(axis=0), displacement.mean(axis=0)
-    arms, now = places - middle, places - middle + displacement - shift
-    left, _, right = np.linalg.svd(arms.T @ now)
-    rotation = (left * [1.0, 1.0, np.sign(np.linalg.det(left @ right)) or 1.0]) @ right
+    middle = sum(places.sum(axis=0) for places in portions()) / len(displacement)
+    shift, mean = displacement.mean(axis=0), velocity.mean(axis=0)
+    squares, moved, moving, first = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), 0
+    for places in portions():
+        arms, rows = places - middle, slice(first, first + len(places))
+        squares += arms.T @ arms
+        moved += arms.T @ (arms + displacement[rows] - shift)
+        moving += arms.T @ (velocity[rows] - mean)
+        first += len(places)
+    rotation = _nearest_rotation(moved)
     if np.arccos(np.clip(0.5 * (np.trace(rotation) - 1.0), -1.0, 1.0)) <= TURNED:
         rotation = np.eye(3)
-    turned, mean = arms @ rotation, velocity.mean(axis=0)
-    inertia = (turned**2).sum() * np.eye(3) - turned.T @ turned
-    spin = np.linalg.pinv(inertia) @ np.cross(turned, velocity - mean).sum(axis=0)
-    return turned - arms + shift, mean + np.cross(spin, turned)
+    squares, moving = rotation.T @ squares @ rotation, rotation.T @ moving  # of arms that have turned
+    momentum = np.array([moving[1, 2] - moving[2, 1], moving[2, 0] - moving[0, 2], moving[0, 1] - moving[1, 0]])
+    spin = np.linalg.pinv(np.trace(squares) * np.eye(3) - squares) @ momentum
+    turn, whirl = rotation - np.eye(3), rotation @ np.cross(np.eye(3), spin).T
+    result, first = np.empty((2, len(displacement), 3)), 0
+    for places in portions():
+        arms, rows = places - middle, slice(first, first + len(places))
+        result[0, rows], result[1, rows] = arms @ turn + shift, arms @ whirl + mean
+        first += len(places)
+    return result[0], result[1]
+
+
+def _nearest_rotation(moments: np.ndarray) -> np.ndarray:
+    """Return the rotation [3, 3] that takes arms (rows) nearest to where they moved; moments: sum of arm^T moved."""
+    left, _, right = np.linalg.svd(moments)
+    return np.asarray((left * [1.0, 1.0, np.sign(np.linalg.det(left @ right)) or 1.0]) @ right)
