@@ -2,7 +2,8 @@
 
 All ranks refuse to make all nodes or cells of a box, and those other than the first to plan; where these write no
 frames also those of the mesh of their part, which their plan has: the run ends if they try. With "alone" as a second
-word the last rank asks for the values of all ranks while the others start a run.
+word the last rank asks for the values of all ranks while the others start a run; with "shared" all ranks share contacts
+that sweeps and MPRGP solve, with a penalty and of a pair, for whose cut the first one makes all cells.
 """
 
 import sys
@@ -11,7 +12,7 @@ import weakref
 from pathlib import Path
 
 import numpy as np
-from rank_scenes import block
+from rank_scenes import SCENES, block
 
 import tcontact as tc
 from tcontact.device import ranks
@@ -51,9 +52,17 @@ class Whole(rank_run.WholeBodies):
 
 
 rank_run.RankState, rank_run.WholeBodies, rank_run.LARGE = State, Whole, 0
-BoxMesh.nodes = BoxMesh.cells = LateRows.whole = property(refuse)
+sharing = sys.argv[2:] == ["shared"]
+if not (first and sharing):
+    BoxMesh.nodes = BoxMesh.cells = LateRows.whole = property(refuse)
 if not first:
     planning._plan_body = refuse
+if sharing:
+    for name in ("normal", "rubber", "pressed", "crossed"):
+        found = tc.simulate(SCENES[name](), threads=1, contact_ranks=3).on_all_ranks()
+        if first:
+            print(name, found.ok, found.history["contact_nodes"].max())
+    sys.exit()
 
 mesh = tc.box_mesh((0.1, 0.08, 0.12), (4, 3, 5)).translated((0.0, 0.0, 1e-4)).with_sets(cell_sets={"low": [0, 1]})
 body = tc.Body(mesh, tc.NeoHookean(2.3e7, 0.27, 1350.0), velocity=(1.0, 0.5, -8.0), contact="zmin")

@@ -10,7 +10,7 @@ from scenes import simulate, thrown
 
 import tcontact as tc
 from tcontact.cases import bar_impact, cube_impact
-from tcontact.contact.static_solve import TOLERANCE
+from tcontact.contact.solve_settings import TOLERANCE
 
 MEAN = "mean-dilatation"
 pytestmark = pytest.mark.usefixtures("parallel_path")  # both paths: test_periodic.py

@@ -35,3 +35,11 @@ def test_looks_at_whole_bodies_fetch_the_nodes_that_they_read():
     compared, equal = found["equal"]
     assert compared == equal > 0
     assert found["touched"] == found["told"] == [1]
+
+
+def test_other_ranks_make_no_whole_mesh_or_plan_where_they_share_the_contact(tmp_path):
+    done = mpiexec(3, "rank_memory.py", tmp_path, "shared")
+    assert done.returncode == 0, done.stderr
+    found = [line.split() for line in done.stdout.splitlines()]
+    assert [name for name, *_ in found] == ["normal", "rubber", "pressed", "crossed"]
+    assert all(ok == "True" and float(nodes) > 0.0 for _, ok, nodes in found)

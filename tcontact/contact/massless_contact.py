@@ -11,7 +11,7 @@ from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..planning.body_plan import BodyPlan
 from ..planning.domain import Domain
-from ..planning.islands import island_starts, islands_of
+from ..planning.islands import island_starts
 from ..planning.sweep_order import sweep_order
 from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
@@ -54,16 +54,11 @@ class MasslessContactTerm(ContactTerm):
         self.labels = [scene.obstacle_label(number) for number in range(len(scene.obstacles))]
         self.order = order
         self.residual_shares: arrays.Array | None = None
-        shared, whole = domain.shared, domain.whole
-        if shared is None or whole is None:
-            self.static_solve = StaticSolve(scene, domain, force, order, self.islands, self.slots)
-        else:
-            self.shared = True
+        ghosts = 0
+        if domain.shared is not None:
+            self.shared, ghosts = True, len(domain.shared.ghosts)
             self.residual_shares = arrays.zeros(3 * len(contact.nodes))
-            everyone = islands_of(whole)
-            described = whole, [everyone[number] for number in shared.islands]
-            parts = order, self.islands, self.slots, len(shared.ghosts), described
-            self.static_solve = StaticSolve(scene, domain, force, *parts)
+        self.static_solve = StaticSolve(scene, domain, force, order, self.islands, self.slots, ghosts)
         self.projected = self.static_solve.projected
         self.viscous = domain.viscous_cells
         made = DeviceCellViscosity if isinstance(force, DeviceForce) else CellViscosity

@@ -45,25 +45,19 @@ class ExchangePlaces:
     def __init__(self, team: Team, domain: Domain, contact: MasslessContactTerm, room: int) -> None:
         self.team, self.domain, self.contact, self.room = team, domain, contact, room
         self.shared: SharedContact = domain.shared
-        assert domain.whole is not None
-        assert domain.whole.contact is not None
-        assert domain.whole.contact.graph is not None
-        self.graph = domain.whole.contact.graph
         everyone = np.concatenate([self.shared.nodes, self.shared.ghosts])
-        self.colour = np.searchsorted(self.graph.colour_start, everyone, side="right") - 1
-        first = {int(self.graph.nodes.size)}  # of every island of the whole domain among its contact nodes
-        first |= {int(start) for start in domain.whole.contact_start}
-        self.firsts = sorted(first)
+        self.colour = np.searchsorted(self.shared.colour_start, everyone, side="right") - 1
 
     def island(self, number: int, team: Team | None) -> SharedIsland:
         """Return an island of this rank; team: as in `SharedIsland`."""
         shared, contact, block = self.shared, self.contact, self.contact.block
         nodes = contact.islands[number].nodes
-        begin = int(np.searchsorted(self.firsts, shared.nodes[nodes.start], side="right")) - 1
-        whole = self.firsts[begin], self.firsts[begin + 1]  # its contact nodes in the whole domain
+        firsts = shared.starts
+        begin = int(np.searchsorted(firsts, shared.nodes[nodes.start], side="right")) - 1
+        whole = firsts[begin], firsts[begin + 1]  # its contact nodes in the whole domain
         inside = np.concatenate([shared.nodes, shared.ghosts])
         inside = (inside >= whole[0]) & (inside < whole[1])
-        colours = [c for c, first in enumerate(self.graph.colour_start) if whole[0] <= first < whole[1]]
+        colours = [c for c, first in enumerate(shared.colour_start) if whole[0] <= first < whole[1]]
         packs = np.array([self._packs(*shared.colours[colour]) for colour in colours]).reshape(-1, 2)
         of_row = inside[: len(shared.nodes)]
         entries = np.repeat(of_row, np.diff(shared.graph.row_start)) if shared.graph is not None else of_row

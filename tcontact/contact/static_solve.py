@@ -1,4 +1,4 @@
-"""The static solve that places the massless contact nodes (METHOD 2): its system, its settings, its result."""
+"""The static solve that places the massless contact nodes (METHOD 2): its system, its result."""
 
 from __future__ import annotations
 
@@ -9,27 +9,13 @@ import numpy as np
 from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..kernels.lanes import SWEEP_LANES, WIDTH
-from ..mesh.geometry import shortest_edge
 from ..planning.body_plan import BodyPlan
 from ..planning.domain import Domain
 from ..planning.islands import Island
 from ..planning.static_solver import MAXIMUM_POISSON, projected, response_components
 from ..planning.sweep_order import SweepOrder
-from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
-
-TOLERANCE = 1e-4  # of the static residual, unless the user sets one
-AIM = 1e-6  # residual that further sweeps aim at
-LEFT = 1e-5  # share of the residual of a nonlinear law that the last use of a tangent may leave
-METAL_LEFT = 3e-7  # the same of a metal: a point that begins to flow leaves up to 20 times as much as expected
-POLISHING_SWEEPS = 60  # maximum below the tolerance, and per linearisation of a nonlinear law
-MAXIMUM_SWEEPS = 500  # after which the solve of a linear law has not converged
-LINEARISATIONS = 4  # a nonlinear law has this many times as many
-PAIR_SOLVES = 3  # linear problems of a step with pairs of bodies, at most
-METAL_SOLVES = 8  # the same with a metal, whose tangent changes within a step as fronts pass
-REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
-STEP_LENGTH = 1.9  # of a projected step, times the bound of the largest eigenvalue; below 2 it converges
-MINIMUM_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
+from .solve_settings import solve_settings, tolerance_of
 
 
 class StaticSolve:
@@ -38,9 +24,8 @@ class StaticSolve:
     pairs: stiffness between pairs of contact nodes [N/m] and its assembly, by the names of `Pairs` in
     kernels/language/solve_bundles.py; system: the linear problem K d = right + lambda nu for the increments d [m] of
     the massless components, right [N], K [N/m], gaps [m], by the names of `System` there. ghosts: number of contact
-    nodes of other ranks that stand behind those of this one; described: the domain and the islands [i] of all ranks,
-    from which the settings follow; None: there are no other ranks. Of each island: settings [islands,
-    SETTINGS] and stats [islands, STATS] in the order of kernels/static/control.py.
+    nodes of other ranks that stand behind those of this one. Of each island: settings [islands, SETTINGS]
+    (solve_settings.py) and stats [islands, STATS] in the order of kernels/static/control.py.
     """
 
     def __init__(
@@ -52,24 +37,22 @@ class StaticSolve:
         islands: Sequence[Island],
         slots: int,
         ghosts: int = 0,
-        described: tuple[Domain, Sequence[Island]] | None = None,
     ) -> None:
         from ..kernels.static import control as names
 
-        contact, model = domain.contact, scene.contact
-        assert isinstance(model, MasslessContact)
+        contact = domain.contact
         assert contact is not None
         assert contact.graph is not None
         graph, block = contact.graph, contact.block
         self.names = names
         self.islands = islands
         self.friction = scene.largest_friction
-        self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
+        self.tolerance = tolerance_of(scene)
         self.coupled = bool(domain.pairs)
-        self.projected = projected(scene, domain.bodies) if described is None else described[0].projected
+        self.projected = projected(scene, domain.bodies) if domain.settings is None else domain.projected
         components = response_components(scene, block, slots, self.coupled, self.projected)
         room = len(contact.nodes) + ghosts + SWEEP_LANES - 1
-        whole, own = (domain, islands) if described is None else described
+        settings = solve_settings(scene, domain, islands) if domain.settings is None else domain.settings
         pairs = contact_blocks(domain, force) | {
             "start": graph.pair_start,
             "corners": graph.pair_corners,
@@ -93,7 +76,7 @@ class StaticSolve:
             "normals": arrays.zeros(room * slots * block),
             "response": arrays.zeros(room * components),
             "increment": arrays.zeros(3 * room * block),
-            "settings": arrays.put(np.stack([self._settings(scene, whole, island) for island in own])),
+            "settings": arrays.put(settings),
             "stats": self.stats,
         }
 
@@ -101,53 +84,6 @@ class StaticSolve:
         stats = np.zeros((len(self.islands), self.names.STATS))
         stats[:, [self.names.CONTRACTION, self.names.STALE, self.names.CONVERGED]] = 1.0
         return stats
-
-    def _settings(self, scene: Scene, domain: Domain, island: Island) -> np.ndarray:
-        from ..kernels.materials import LAWS
-
-        contact, model, names = domain.contact, scene.contact, self.names
-        blocks = [block for body in island.bodies for block in body.contact_blocks]
-        materials = [block.own.material for block in blocks]
-        materials = materials or [material for body in island.bodies for material in body.body.materials]
-        graphs = [(body, body.contact.graph) for body in island.bodies if body.contact and body.contact.graph]
-        assert isinstance(model, MasslessContact)
-        assert contact is not None
-        flat = all(obstacle.shape == "plane" for obstacle in scene.obstacles) and not island.coupled
-        linear = flat and all(material.linear for material in materials)
-        softest = [
-            max(block.own.material.lame_lambda + 2.0 * block.own.material.lame_mu for block in body.contact_blocks)
-            for body in island.bodies
-            if body.contact_blocks
-        ]
-        stiffness = min(softest, default=0.0)
-        settings = np.zeros(names.SETTINGS)
-        settings[names.MINIMUM_SWEEPS] = model.sweeps
-        settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
-        settings[names.MAXIMUM_SWEEPS] = MAXIMUM_SWEEPS if linear else POLISHING_SWEEPS
-        settings[names.MAXIMUM_IN_ALL] = LINEARISATIONS * MAXIMUM_SWEEPS
-        settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
-        settings[names.TOLERANCE] = self.tolerance
-        metals = any(material.plastic for material in materials)
-        settings[names.LEFT] = (METAL_LEFT if metals else LEFT) if model.tolerance is None else 0.0
-        settings[names.MAXIMUM_SOLVES] = (METAL_SOLVES if metals else PAIR_SOLVES) if island.coupled else 0.0
-        settings[names.REACH] = 1e300
-        settings[names.LINEAR] = 1.0 if linear else 0.0
-        settings[names.REFUSES] = 1.0 if any(LAWS[material.law].refusal for material in materials) else 0.0
-        exact = model.penalty is None and scene.friction is None and island.removal == "full"
-        elements = [block.own.facts for block in blocks or island.body.blocks]
-        settings[names.RELAXATION] = min(element.relaxation for element in elements) if exact else 1.0
-        settings[names.MINIMUM_FORCE] = 1.0  # no node: any reference of its residual, which is 0
-        if graphs:
-            if not linear:
-                edges = [
-                    shortest_edge(body.reference, block.cells[block.contact])
-                    for body in island.bodies
-                    for block in body.contact_blocks
-                ]
-                settings[names.REACH] = REACH * min(edges)
-            settings[names.MINIMUM_FORCE] = MINIMUM_FORCE * stiffness * float(contact.areas[island.nodes].mean())
-            settings[names.STEP_LENGTH] = STEP_LENGTH / max(graph.corners_together for _, graph in graphs)
-        return settings
 
     @property
     def trouble(self) -> tuple[BodyPlan, str] | None:

@@ -98,9 +98,9 @@ class Domain:
     """
 
     shared: Any = None
-    whole: Domain | None = None
+    settings: np.ndarray | None = None
+    surfaces: Any = None
     counted: np.ndarray | None = None
-    place: Any
 
     def __init__(
         self,

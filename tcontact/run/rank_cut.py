@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..planning.domain import Domain
-from ..planning.partition.domain_part import DomainPart, cut_domain, domain_part
+from ..planning.partition.domain_part import DomainPart, cut_domain, domain_parts
 
 
 class Cut:
@@ -20,7 +20,7 @@ class Cut:
         self.domain, self.parts = domain, list[DomainPart]()
         if ranks > 1:
             cut = cut_domain(domain, scene, ranks, contact)
-            self.parts += [domain_part(domain, cut, rank) for rank in range(ranks)]
+            self.parts += domain_parts(domain, cut, range(ranks))
 
     def boundary_of(self, rank: int) -> np.ndarray:
         """Return the numbers [s] of the boundary nodes of a rank in the whole domain."""

@@ -1,16 +1,19 @@
 """The plan of a run on several ranks: the first one plans the scene, cuts it and gives every rank its part.
 
-The others keep an outline of the plan. Where ranks share a contact, or a run goes on with another number of ranks, all
-of them plan the whole scene, and each takes its part from that: they need lists of the whole contact.
+The others keep an outline of the plan. Where a run goes on with another number of ranks, all of them plan the whole
+scene, and each takes its part from that: they need the parts of the ranks before.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+import numpy as np
+
+from ..contact.shared_facts import WholeContact
 from ..device.team import Team
-from ..planning.partition.domain_part import DomainPart, cut_domain, domain_part, shares_contact
+from ..planning.partition.domain_part import DomainPart, cut_domain, domain_parts
 from ..planning.partition.message import packed, unpacked
 from ..planning.partition.outline import PlanOutline, outlined, told
 from ..planning.planning import Plan
@@ -31,22 +34,31 @@ def plan_and_parts(
     def first() -> tuple[Any, Any]:
         planned = found["plan"] = make()
         cuts = found["cuts"] = [cut_domain(domain, scene, team.size, contact_ranks) for domain in planned.domains]
-        shared = any(shares_contact(domain, cut) for domain, cut in zip(planned.domains, cuts, strict=True))
-        return (None, cuts) if whole or shared else (told(planned), None)
+        return (None, cuts) if whole else (told(planned), None)
 
     outline, cuts = on_first(team, first)
     if outline is None:
         planned = found["plan"] if team.leads else make()
-        return planned, [domain_part(*pair, team.rank) for pair in zip(planned.domains, cuts, strict=True)]
+        return planned, next(_parts(scene, planned, cuts, [team.rank]))
     if not team.leads:
         known = outlined(scene, outline)
         messages = team.received_share()
         return known, [unpacked(*pair, scene) for pair in zip(messages, known.domains, strict=True)]
-    planned, cuts = found["plan"], found["cuts"]
-    for rank in range(1, team.size):
-        pairs = zip(planned.domains, cuts, strict=True)
-        team.send_share(rank, [packed(domain_part(domain, cut, rank)) for domain, cut in pairs])
-    parts = [domain_part(domain, cut, 0) for domain, cut in zip(planned.domains, cuts, strict=True)]
+    planned, others = found["plan"], range(1, team.size)
+    parts = _parts(scene, planned, found["cuts"], [*others, 0])
+    for rank, there in zip(others, parts, strict=False):
+        team.send_share(rank, [packed(part) for part in there])
+    own = next(parts)
     for body in scene.bodies:
         body.mesh.release()
-    return planned, parts
+    return planned, own
+
+
+def _parts(scene: Scene, planned: Plan, cuts: Sequence[np.ndarray], ranks: Sequence[int]) -> Iterator[list[DomainPart]]:
+    """Yield for every one of some ranks its part of all domains."""
+    wholes = [WholeContact(scene, domain) for domain in planned.domains]
+    each = [domain_parts(domain, cut, ranks) for domain, cut in zip(planned.domains, cuts, strict=True)]
+    for parts in zip(*each, strict=True):
+        for whole, part in zip(wholes, parts, strict=True):
+            whole.add_to(part)
+        yield list(parts)

@@ -83,24 +83,20 @@ class RankRun(Run):
     def made_states(self, displacement: list[np.ndarray], velocity: list[np.ndarray]) -> list[Any]:
         """Make the state of this rank's part of every domain.
 
-        Before, where the first rank has all contact, what needs cells of whole bodies is made, and they are forgotten.
+        Before, what needs cells of whole bodies is made, and they are forgotten.
         """
         self._whole = [body_search(self, plan) if self.team.leads else None for plan in self.planned.bodies]
-        shared = any(part.domain.shared is not None for part in self.parts)
-        if not shared:
-            self.forget()
+        self.forget()
         found = []
         for part in self.parts:
             u, v = ([values[number] for number in part.whole.numbers] for values in (displacement, velocity))
             found.append(RankState(self.scene, part, u, v, self.planned.layout, self.team))
-        if shared:
-            self.forget()
         return found
 
     def forget(self) -> None:
         """Forget cells and positions of whole bodies, which only the first rank may have."""
         forget_cells(self.planned)
-        forget_places(self.planned, self.parts)
+        forget_places(self.planned)
         self._give_back()
 
     def _give_back(self) -> None:

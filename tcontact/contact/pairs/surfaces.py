@@ -70,14 +70,9 @@ class Facing:
 
 
 def surfaces_of(domain: Domain) -> list[Surface]:
-    """Return the surfaces of the bodies that are in pairs; a rank that shares them has all their nodes."""
-    if domain.shared is not None and domain.whole is not None:
-        place, whole = domain.place, domain.whole
-        index = {number: one for one, number in enumerate(domain.numbers)}
-        return [
-            replace(one, body=index[whole.numbers[one.body]], faces=place[one.faces], nodes=place[one.nodes])
-            for one in surfaces_of(whole)
-        ]
+    """Return the surfaces of the bodies that are in pairs; a rank that shares them has those of the whole domain."""
+    if domain.surfaces is not None:
+        return list(domain.surfaces)
     place = {number: index for index, number in enumerate(domain.numbers)}
     order = slave_order(domain.pairs, max(domain.numbers) + 1)
     found = []

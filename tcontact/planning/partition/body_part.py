@@ -208,12 +208,11 @@ def body_of(body: Body, smaller: Mesh, nodes: np.ndarray, acts: bool, touches: b
     faces, images = body.contact_faces[:0], None
     motions: tuple[np.ndarray, tuple[Any, ...]] = np.broadcast_to(np.nan, (len(nodes), 3)), ()
     if acts or touches:
-        number = np.full(body.mesh.node_count, -1, dtype=np.int64)
-        number[nodes] = np.arange(len(nodes))
-        faces = number[body.contact_faces]
-        faces = faces[(faces >= 0).all(axis=1)]
+        faces = np.searchsorted(nodes, body.contact_faces)
+        there = nodes[np.minimum(faces, len(nodes) - 1)] == body.contact_faces
+        faces = faces[there.all(axis=1)]
         if acts and body.images is not None:
-            images = Images(number[body.images.master[nodes]], body.images.period)
+            images = Images(np.searchsorted(nodes, body.images.master[nodes]), body.images.period)
     if acts:
         motions = _rows(body.motions[0], nodes), body.motions[1]
     else:

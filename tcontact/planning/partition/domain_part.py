@@ -7,6 +7,7 @@ contact nodes. Several ranks share a larger one (shared_contact.py), unless `hin
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -40,18 +41,21 @@ from .shared_contact import (
     shared_contact,
 )
 
+OF_DOMAIN = ("chunks", "mixed", "projected", "records_friction")  # what a part has of the whole domain
+
 
 class PartDomain(Domain):
     """Parts of bodies in one numbering: as `Domain`, with one step in a launch, between which ranks exchange forces.
 
-    shared: its part of a contact that ranks share, None where the first rank has the whole contact; whole: the domain
-    of all ranks; counted [s]: 1.0 for the boundary nodes whose copies of this rank sums count, else 0.0; None where the
-    host subtracts what others count; place [n]: number here of every node of the whole domain, -1 elsewhere.
+    shared: its part of a contact that ranks share, None where the first rank has the whole contact; of such a contact
+    also settings [islands, SETTINGS] of its static solve and surfaces of bodies in pairs, which follow from the domain
+    of all ranks (contact/shared_facts.py); counted [s]: 1.0 for the boundary nodes whose copies of this rank sums
+    count, else 0.0; None where the host subtracts what others count.
     """
 
-    place: np.ndarray
     shared: SharedContact | None = None
-    whole: Domain | None = None
+    settings: np.ndarray | None = None
+    surfaces: Any = None
     counted: np.ndarray | None = None
 
     @cached_property
@@ -63,7 +67,7 @@ class PartDomain(Domain):
     @property
     def contact_centre(self) -> np.ndarray:
         """Return the mean position [3] [m] of the contact nodes, of all ranks that share them."""
-        return super().contact_centre if self.shared is None or self.whole is None else self.whole.contact_centre
+        return super().contact_centre if self.shared is None else self.shared.centre
 
     @property
     def residual_receivers(self) -> tuple[np.ndarray, np.ndarray]:
@@ -141,8 +145,19 @@ class DomainPart:
 
 def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
     """Return the part of a domain that one rank has; cut: what `cut_domain` returns."""
-    bodies, counts = [], [plan.body.mesh.cell_count for plan in domain.bodies]
+    return next(domain_parts(domain, cut, [rank]))
+
+
+def domain_parts(domain: Domain, cut: np.ndarray, ranks: Iterable[int]) -> Iterator[DomainPart]:
+    """Yield the parts of some ranks, see `domain_part`."""
     contact = ContactCut(domain, cut) if shares_contact(domain, cut) else None
+    for rank in ranks:
+        yield _domain_part(domain, cut, rank, contact)
+
+
+def _domain_part(domain: Domain, cut: np.ndarray, rank: int, contact: ContactCut | None) -> DomainPart:
+    """Return the part of a rank; contact: None where the first one has all of it."""
+    bodies, counts = [], [plan.body.mesh.cell_count for plan in domain.bodies]
     lists = None if contact is None else contact.part(rank)
     shares: list[BodyShare | None] = [None] * len(domain.bodies)
     for number, (plan, own) in enumerate(zip(domain.bodies, np.split(cut, np.cumsum(counts)[:-1]), strict=True)):
@@ -163,14 +178,13 @@ def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
         part = PartDomain(plans, numbers, pairs, _springs_of(domain, bodies), domain.obstacles)
     else:
         part = PartDomain(plans, numbers, pairs)
-    part.chunks, part.mixed, part.records_friction = domain.chunks, domain.mixed, domain.records_friction
+    for name in OF_DOMAIN:
+        setattr(part, name, getattr(domain, name))
     found = DomainPart(domain, tuple(bodies), part)
     if contact is not None and lists is not None:
         everyone = np.concatenate([body.node_order for body in domain.bodies])
         everyone += np.repeat(mesh_starts(domain)[:-1], np.diff(domain.node_start))
         boundary = everyone[found.nodes[part.boundary]]
-        part.whole, part.place = domain, np.full(len(domain.reference), -1, dtype=np.int64)
-        part.place[found.nodes] = np.arange(len(found.nodes))
         part.shared = shared_contact(contact, rank, lists, shares, boundary, found.rows_shared())
         part.counted = np.ones(len(part.boundary))
         part.counted[found.guests()] = 0.0

@@ -6,18 +6,17 @@ whole bodies beside that, the first rank does alone (device/lead.py).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ...scene.body import Body
+from ...scene.pairs import BodyPair
 from ...scene.scene import Scene
 from ..body_plan import BodyPlan, ContactPlan
 from ..measured import Layout
 from ..planning import Plan
-from .domain_part import DomainPart
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +43,7 @@ class DomainOutline:
     node_start: np.ndarray
     contact_start: np.ndarray
     mixed: bool
+    pairs: tuple[BodyPair, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,17 +74,14 @@ def forget_cells(planned: Plan | PlanOutline) -> None:
         plan.body.mesh.release()
 
 
-def forget_places(planned: Plan | PlanOutline, parts: Sequence[DomainPart]) -> None:
+def forget_places(planned: Plan | PlanOutline) -> None:
     """Let a plan forget the positions of its nodes, which the ranks have of their parts.
 
-    parts: of this rank, of all domains; ranks that share a contact keep the positions. What is left has the right
-    shape and takes no memory.
+    What is left has the right shape and takes no memory.
     """
     if isinstance(planned, PlanOutline):
         return
-    for domain, part in zip(planned.domains, parts, strict=True):
-        if part.domain.shared is not None:
-            continue
+    for domain in planned.domains:
         domain.__dict__.pop("reference", None)
         for plan in domain.bodies:
             plan.__dict__.pop("place", None)  # follows from the order of the nodes
@@ -98,8 +95,15 @@ def told(planned: Plan) -> dict[str, Any]:
          "viscous_cells": one.viscous_cells, "contact": _contact_told(one)}
         for one in planned.bodies
     ]  # fmt: skip
+    number = {id(pair): place for place, pair in enumerate(planned.scene.body_pairs)}
     domains = [
-        {"numbers": one.numbers, "node_start": one.node_start, "contact_start": one.contact_start, "mixed": one.mixed}
+        {
+            "numbers": one.numbers,
+            "node_start": one.node_start,
+            "contact_start": one.contact_start,
+            "mixed": one.mixed,
+            "pairs": [number[id(pair)] for pair in one.pairs],
+        }
         for one in planned.domains
     ]
     return {"bodies": bodies, "domains": domains, "terms": planned.terms, "layout": planned.layout,
@@ -116,5 +120,11 @@ def _contact_told(plan: BodyPlan) -> ContactPlan | None:
 def outlined(scene: Scene, known: dict[str, Any]) -> PlanOutline:
     """Return the outline of the plan of a scene from what `told` says of it."""
     bodies = tuple(BodyOutline(body=body, **one) for one, body in zip(known["bodies"], scene.bodies, strict=True))
-    domains = tuple(DomainOutline(tuple(bodies[n] for n in one["numbers"]), **one) for one in known["domains"])
+    domains = tuple(
+        DomainOutline(
+            tuple(bodies[n] for n in one["numbers"]),
+            **one | {"pairs": tuple(scene.body_pairs[number] for number in one["pairs"])},
+        )
+        for one in known["domains"]
+    )
     return PlanOutline(scene, bodies, domains, known["terms"], known["layout"], known["factors"])

@@ -142,7 +142,9 @@ class SharedContact:
     rows to which cells of others contribute; pairs [p, 2]: contact node and receiver, a boundary node of the part, that
     this rank serves; receiver_counts [k]: number of all receivers of a contact node; receivers [r]: boundary nodes of
     the part that receive something from some rank; receivers_shared: those of which others have copies, as places in
-    `receivers`; copied: every rank of the contact has all its nodes, see `is_copied`.
+    `receivers`; copied: every rank of the contact has all its nodes, see `is_copied`. Of the whole domain: centre [3]
+    [m]: see `Domain.contact_centre`; colour_start [c]: first contact node of every colour; starts: first contact node
+    of every island, and their number.
     """
 
     nodes: np.ndarray
@@ -163,6 +165,9 @@ class SharedContact:
     receivers: np.ndarray
     receivers_shared: Lists
     copied: bool
+    centre: np.ndarray
+    colour_start: np.ndarray
+    starts: tuple[int, ...]
 
 
 class ContactCut:
@@ -322,6 +327,9 @@ def shared_contact(
         receivers,
         tuple((other, np.searchsorted(receivers, rows[np.isin(rows, receivers)])) for other, rows in shared),
         cut.copied,
+        domain.contact_centre,
+        none if graph is None else graph.colour_start,
+        tuple(sorted({int(start) for start in domain.contact_start})),
     )
 
 

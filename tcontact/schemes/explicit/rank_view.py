@@ -210,9 +210,13 @@ class RankView(BodyView):
     def contact_areas(self) -> np.ndarray:
         """Return the area [n] [m^2] that the contact force on every node acts on, in the user's numbering; else 0."""
         if self._shared:
-            result, contact = self.plan.contact_areas(), self.plan.contact
-            if contact is not None and self.state.part.whole.pairs:
-                covered = self.shared_cover()
+            contact = self.plan.contact
+            paired = contact is not None and bool(self.state.part.whole.pairs)
+            covered = self.shared_cover() if paired else np.zeros(0)
+            if not self.team.leads:
+                return np.zeros(0)
+            result = self.plan.contact_areas()
+            if paired:
                 there = covered > 0.0
                 nodes = self.plan.node_order[contact.nodes[there]]
                 result[nodes] = np.maximum(covered[there], COVERED * result[nodes])
@@ -261,6 +265,8 @@ class RankView(BodyView):
         names = ("slip_distance", "friction_work")
         if self._shared:
             slip, work = self.shared_friction().T
+            if not self.team.leads:
+                return {name: np.zeros(0) for name in names}
             fields = {name: np.zeros(self.plan.node_count) for name in names}
             if self.plan.contact is not None:
                 nodes = self.plan.contact.nodes
