@@ -62,6 +62,9 @@ if sharing:
         found = tc.simulate(SCENES[name](), threads=1, contact_ranks=3).on_all_ranks()
         if first:
             print(name, found.ok, found.history["contact_nodes"].max())
+    told = tc.simulate(SCENES["layered"](), threads=1, contact_ranks=2).warnings
+    if first:
+        print("told", *(text for text in told if text.startswith("contact_ranks")))
     sys.exit()
 
 mesh = tc.box_mesh((0.1, 0.08, 0.12), (4, 3, 5)).translated((0.0, 0.0, 1e-4)).with_sets(cell_sets={"low": [0, 1]})

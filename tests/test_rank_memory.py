@@ -40,6 +40,8 @@ def test_looks_at_whole_bodies_fetch_the_nodes_that_they_read():
 def test_other_ranks_make_no_whole_mesh_or_plan_where_they_share_the_contact(tmp_path):
     done = mpiexec(3, "rank_memory.py", tmp_path, "shared")
     assert done.returncode == 0, done.stderr
-    found = [line.split() for line in done.stdout.splitlines()]
+    *found, told = [line.split() for line in done.stdout.splitlines()]
+    of_layers = "contact_ranks has no effect: the first rank has the whole contact of body-0, due to friction layers"
+    assert told == ["told", *of_layers.split()]
     assert [name for name, *_ in found] == ["normal", "rubber", "pressed", "crossed"]
     assert all(ok == "True" and float(nodes) > 0.0 for _, ok, nodes in found)

@@ -13,9 +13,10 @@ import numpy as np
 
 from ..contact.shared_facts import WholeContact
 from ..device.team import Team
-from ..planning.partition.domain_part import DomainPart, cut_domain, domain_parts
+from ..planning.partition.domain_part import DomainPart, cut_domain, domain_parts, shares_contact
 from ..planning.partition.message import packed, unpacked
 from ..planning.partition.outline import PlanOutline, outlined, told
+from ..planning.partition.shared_contact import hindrance
 from ..planning.planning import Plan
 from ..scene.scene import Scene
 from .rank_files import on_first
@@ -23,8 +24,8 @@ from .rank_files import on_first
 
 def plan_and_parts(
     team: Team, scene: Scene, make: Callable[[], Plan], contact_ranks: int | None, whole: bool = False
-) -> tuple[Plan | PlanOutline, list[DomainPart]]:
-    """Return the plan of a scene, or its outline, and the part of this rank of every domain.
+) -> tuple[Plan | PlanOutline, list[DomainPart], list[str]]:
+    """Return the plan of a scene, or its outline, the part of this rank of every domain, and warnings of the first one.
 
     make: makes the plan; contact_ranks: as in `cut_domain`; whole: all ranks need the plan.
     Raises `InputError` on all ranks.
@@ -39,19 +40,32 @@ def plan_and_parts(
     outline, cuts = on_first(team, first)
     if outline is None:
         planned = found["plan"] if team.leads else make()
-        return planned, next(_parts(scene, planned, cuts, [team.rank]))
+        return planned, next(_parts(scene, planned, cuts, [team.rank])), []
     if not team.leads:
         known = outlined(scene, outline)
         messages = team.received_share()
-        return known, [unpacked(*pair, scene) for pair in zip(messages, known.domains, strict=True)]
+        return known, [unpacked(*pair, scene) for pair in zip(messages, known.domains, strict=True)], []
     planned, others = found["plan"], range(1, team.size)
+    said = _unshared(scene, planned, found["cuts"]) if (contact_ranks or 1) > 1 else []
     parts = _parts(scene, planned, found["cuts"], [*others, 0])
     for rank, there in zip(others, parts, strict=False):
         team.send_share(rank, [packed(part) for part in there])
     own = next(parts)
     for body in scene.bodies:
         body.mesh.release()
-    return planned, own
+    return planned, own, said
+
+
+def _unshared(scene: Scene, planned: Plan, cuts: Sequence[np.ndarray]) -> list[str]:
+    """Return a text for every contact that one rank has although the user has asked for more, with the reason."""
+    found = []
+    for domain, cut in zip(planned.domains, cuts, strict=True):
+        touching = [body.label for body in domain.bodies if body.contact is not None]
+        if touching and not shares_contact(domain, cut):
+            why = hindrance(scene, domain) or "contact cells that are too few or share no node with mass"
+            labels = ", ".join(touching)
+            found.append(f"contact_ranks has no effect: the first rank has the whole contact of {labels}, due to {why}")
+    return found
 
 
 def _parts(scene: Scene, planned: Plan, cuts: Sequence[np.ndarray], ranks: Sequence[int]) -> Iterator[list[DomainPart]]:

@@ -259,7 +259,7 @@ def simulate_on_ranks(
             on_first(team, lambda: frame_fields.check_room(folder, scene, asked.frames, asked.fields))
         stages.say("planning")
         fields = () if folder is None else asked.fields
-        planned, parts = plan_and_parts(
+        planned, parts, unshared = plan_and_parts(
             team,
             scene,
             lambda: finished_plan(scene, asked.scheme, asked.precision, fields),
@@ -273,7 +273,7 @@ def simulate_on_ranks(
             on_first(team, lambda: ending.enter_context(made_and_locked(folder)))
         run = _made(RankRun, team, planned, parts, asked)
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
-        for text in [*asked.told, *([] if said is None else [said])]:
+        for text in [*asked.told, *unshared, *([] if said is None else [said])]:
             run.warn(text)
         recorder = keeper = None
         if folder is not None:
@@ -334,7 +334,7 @@ def resume_on_ranks(
             return found
 
         shared = sharing(head.get("contact_ranks"), arch)
-        planned, parts = plan_and_parts(team, scene, make, shared, before != team.size)
+        planned, parts, _ = plan_and_parts(team, scene, make, shared, before != team.size)
         start_on_ranks(team, scene, parts, arch, threads)
         history = head["history_every"], head["history_rows"]
         begin = (start or start_of_scene(scene))[:2]
