@@ -65,6 +65,29 @@ def test_what_an_iterate_far_from_the_solution_raises_is_a_failed_step():
         newton(Absurd(), np.zeros((1, 3)), None, Settings())
 
 
+@pytest.mark.parametrize("iterations", [2, 3, 5])
+def test_a_residual_of_rounding_is_a_solution_with_any_number_of_iterations(iterations):
+    class Rounded:
+        def evaluate(self, d):
+            return np.where(d == 1.0, 3e-12, d - 1.0), 1.0
+
+        def tangent(self, d):
+            return np.eye(3)[None]
+
+    class Divides:
+        def solve(self, blocks, right, forcing):
+            return np.where(np.abs(right) < 1e-6, 0.0, right)
+
+    found = newton(Rounded(), np.zeros((1, 3)), Divides(), Settings(1e-12, iterations))
+    assert (found.d == 1.0).all()
+    assert found.residual == 3e-12
+
+
+def test_few_iterations_are_named_where_a_step_has_no_solution():
+    assert "or more than 4 iterations" in tc.Gonzalez(dt=1e-3, iterations=4).remedy
+    assert "iterations" not in tc.Gonzalez(dt=1e-3).remedy
+
+
 def test_a_slender_bar_under_a_load_ends_its_run():
     """Its steps are so long that BiCGStab stagnates; 1107 unknowns are solved by it unless asked otherwise."""
     mesh = tc.box_mesh((1.0, 0.02, 0.02), (40, 2, 2))

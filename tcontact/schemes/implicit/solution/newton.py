@@ -85,6 +85,6 @@ def _iterate(
         d, scale = d + share * step, here
         if not np.isfinite(size) or size > GROWN * max(first, scale):
             raise NotConverged("the iteration diverged")
-    if size <= settings.rtol * scale:
+    if size <= settings.rtol * scale or 0.5 * before < size <= FLOOR * scale:
         return Solution(d, iteration + 1, size / scale)
     raise NotConverged(f"a residual of {size / max(scale, 1e-300):.1e} of the forces is left")

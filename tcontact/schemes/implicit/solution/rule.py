@@ -110,9 +110,10 @@ class ImplicitRule:
     @property
     def remedy(self) -> str:
         """What to try where a step has no solution."""
+        more = f" or more than {self.iterations} iterations" if self.iterations < type(self).iterations else ""
         if "energy" in self.conserves:
-            return "use a smaller dt; where a load or support crushes the body, lower it or refine the mesh"
-        return "use a smaller dt, or a scheme that conserves energy (gonzalez takes every law)"
+            return f"use a smaller dt{more}; where a load or support crushes the body, lower it or refine the mesh"
+        return f"use a smaller dt{more}, or a scheme that conserves energy (gonzalez takes every law)"
 
     def inertia(self, dt: float, v0: np.ndarray, a0: np.ndarray) -> tuple[float, np.ndarray]:
         """Return c [1/s^2] and b [n, 3] [m/s^2]."""
