@@ -9,11 +9,14 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from ..base.window_backend import import_matplotlib
+
 
 def load_matplotlib() -> None:
     """Import what draws curves into files, unless it is there already."""
     if "matplotlib.figure" in sys.modules:
         return
+    import_matplotlib()
     from matplotlib import artist
 
     name, base = "_update_set_signature_and_docstring", artist.Artist

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.window_backend import import_matplotlib
 from ..device.atomic_file import replaced
 from .result import LayerResult
 
@@ -79,12 +80,14 @@ def error_against_cost(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def _fading(count: int) -> list[Any]:
+    import_matplotlib()
     from matplotlib import colormaps
 
     return [colormaps["viridis"](0.9 * k / max(count - 1, 1)) for k in range(count)]
 
 
 def _panels(count: int) -> tuple[Any, list[Any]]:
+    import_matplotlib()
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

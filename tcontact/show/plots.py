@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.window_backend import import_matplotlib
 from ..device.atomic_file import replaced
 from ..kernels.columns import COLUMNS
 from ..results.acting_force import acting_force, pair_forces, partner_forces
@@ -96,6 +97,7 @@ def gap(path: Path, history: History, title: str = "", size: float = 0.0) -> Non
 
     size: of the bodies [m]; gaps below their rounding are called so and not drawn as noise.
     """
+    import_matplotlib()
     from matplotlib.ticker import MaxNLocator
 
     figure, (upper, lower) = _figure(2, title)
@@ -373,6 +375,7 @@ def _figure(panels: int, title: str) -> tuple[Figure, list[Axes]]:
 
 
 def _grid(rows: int, columns: int) -> tuple[Figure, Any]:
+    import_matplotlib()
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base import validate
 from ..base.errors import InputError, hint
+from ..base.window_backend import import_matplotlib
 from ..kernels.columns import COLUMNS
 from ..mesh.mesh import Mesh
 from ..results.outcome import Outcome
@@ -38,6 +39,7 @@ def plot(result: Outcome, quantity: str, axes: Axes | None) -> Axes:
     shown = [name for name in history if name != "time"]
     validate.choice("quantity", quantity, (*OWN, *(name for name in shown if name not in OWN)))
     if axes is None:
+        import_matplotlib()
         from matplotlib import pyplot
 
         _, axes = pyplot.subplots(layout="constrained")
@@ -79,6 +81,7 @@ def render(
 
 def plot_mesh(mesh: Mesh, sets: tuple[str, ...], axes: Any) -> Any:
     """Draw the boundary of a mesh on axes in three dimensions, None = new ones; return them."""
+    import_matplotlib()
     from matplotlib import pyplot
     from matplotlib.patches import Patch
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection

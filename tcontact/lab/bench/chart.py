@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.window_backend import import_matplotlib
 from ...device.atomic_file import replaced
 
 OURS, TOUCHING, PLAIN, INK = "#1f5fa8", "#d98200", "#b0b0b0", "#303030"
@@ -15,6 +16,7 @@ OURS, TOUCHING, PLAIN, INK = "#1f5fa8", "#d98200", "#b0b0b0", "#303030"
 
 def draw(path: Path, report: Mapping[str, Any]) -> bool:
     """Write the chart as PNG; False if no row has a speed."""
+    import_matplotlib()
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch

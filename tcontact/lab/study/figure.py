@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ...base.window_backend import import_matplotlib
 from ...device.atomic_file import replaced
 
 COLOURS = ("#1f5fa8", "#d98200", "#2e8b57", "#c03a2b", "#7a4fa3", "#707070", "#00939c", "#8c5a2b", "#b8860b", "#303030")
@@ -14,6 +15,7 @@ MARKERS = "osD^vP*Xhd"
 
 def draw(path: Path, report: Mapping[str, Any]) -> bool:
     """Write the figure as PNG; False if no run has an error. Runs that failed are hollow."""
+    import_matplotlib()
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

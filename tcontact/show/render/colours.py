@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.window_backend import import_matplotlib
 
 FIELDS = {  # file name of a field: what the picture calls it, its unit, its colours
     "contact_pressure": ("Contact pressure", "Pa", "pressure"),
@@ -44,6 +45,7 @@ def colour_table(name: str) -> np.ndarray:
 
     "pressure" is its YlOrRd with grey for nothing; "bodies" has a band of one colour for each of some bodies.
     """
+    import_matplotlib()
     import matplotlib
 
     if name == "bodies":
@@ -72,6 +74,7 @@ def tables(name: str) -> np.ndarray:
 def colour_map(field: str, wish: str | None = None) -> str:
     """Return the colours of a field, or those that were asked for. Raises `InputError` for an unknown map."""
     if wish is not None:
+        import_matplotlib()
         import matplotlib
 
         if not isinstance(wish, str) or (wish != "pressure" and wish not in matplotlib.colormaps):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from ...base.window_backend import import_matplotlib
 from ...results.files.vtkhdf import ResultData
 from .bodies import legend
 from .camera import Eye
@@ -212,6 +213,7 @@ def prefix_of(value: float) -> tuple[float, str]:
 
 @cache
 def font(size: int, bold: bool = False) -> ImageFont.FreeTypeFont:
+    import_matplotlib()
     import matplotlib
     from PIL import ImageFont
 
