@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError
+from ..device.atomic_file import refuse_special
 from ..device.runtime import MOST
 from ..lab.bench import chart
 from ..lab.bench.configuration import CONTACTS, KINDS, LAWS, grid
@@ -16,6 +17,7 @@ from . import options, words
 from .doctor import cores
 from .folder import writable
 
+LEAVES = ("bench.json", "bench.csv", "bench.png", "alternatives.json", "alternatives.csv", "solvers.json", "pairs.json")
 QUICK: dict[str, Any] = {
     "kinds": ["hex8", "tet4"],
     "laws": ["neo-hookean"],
@@ -180,6 +182,8 @@ def _defaults() -> dict[str, Any]:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that would be ignored, and more threads than a process can have. Raises `InputError`."""
+    for file in (*LEAVES, "ranks.json"):
+        refuse_special(arguments.out / file, "--out")
     for count in arguments.threads or ():
         if count > MOST:
             raise InputError("--threads", count, f"give at most {MOST}")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..base import validate
 from ..base.errors import InputError, OutputError
-from ..device.atomic_file import part_of
+from ..device.atomic_file import part_of, refuse_special
 from ..run.folder_lock import ASIDE, PUT_ASIDE, made_and_locked
 
 NO_RESULT = "no such file; give a result.vtkhdf or the folder of a run"
@@ -121,11 +121,13 @@ def replacing(folder: Path, force: bool) -> Iterator[None]:
     The folder is made and locked until the block has ended, pictures included; no other run is let in.
     If the new run is refused before it has begun, the older files come back; where a kill has ended one at its start,
     the next run puts them back. Files that are not ours stay where they are. Raises `InputError` if the folder holds
-    a run and force is False, if it is no folder, or takes no files.
+    a run and force is False, if it is no folder or takes no files, or if a device or pipe is where a file is to be.
     """
     with writable(folder):
         if folder.exists() and not folder.is_dir():
             raise InputError("--out", str(folder), "is a file; name a folder")
+        for path in (path for pattern in OURS for path in folder.glob(pattern)):
+            refuse_special(path, "--out")
         with made_and_locked(folder):
             yield from _replacing(folder, force)
 

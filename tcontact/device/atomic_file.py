@@ -6,13 +6,14 @@ and when the device has stored that too the undo file is emptied. An undo file t
 interrupted; its content is then restored (rollback journal as in SQLite, https://www.sqlite.org/atomiccommit.html).
 
 Writing follows no symbolic link: a link in place of a new file is replaced, one in place of an existing file is
-refused.
+refused. A device, pipe or socket in place of a file is refused and stays, also where a link leads to it.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import stat
 import struct
 import zlib
 from collections.abc import Iterator, Mapping
@@ -22,6 +23,7 @@ from typing import Any
 
 from ..base.errors import InputError
 
+DEVICES = Path("/dev")
 PAGE = 4096
 MAGIC = b"tcontact undo 1\n"
 HEAD = struct.Struct("<QQ")  # size of the file before the commit [bytes]; number of pages that follow
@@ -264,8 +266,9 @@ def replaced(path: Path, synced: bool = True) -> Iterator[Path]:
     """Yield a temporary name to write to; after the block that file replaces `path` atomically.
 
     synced: wait until the device has stored it. What can be drawn again needs no wait: a full disk or a kill leaves the
-    older file all the same, a loss of power may not.
+    older file all the same, a loss of power may not. Raises `InputError` where no file may be, see `refuse_special`.
     """
+    refuse_special(path)
     part = part_of(path)
     part.unlink(missing_ok=True)  # left by a run that was killed; or a link, which must not be followed
     try:
@@ -294,6 +297,20 @@ def refuse_link(folder: Path) -> None:
         raise InputError("out", str(folder), remedy)
 
 
+def refuse_special(path: Path, field: str = "out") -> None:
+    """Raise `InputError` if a device, a pipe or a socket is where a file is to be written, or if a link leads to one.
+
+    A file of this name would take its place. field: what names the file. In the folder of devices nothing is replaced,
+    not even a link there that leads to an ordinary file, such as the standard output.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError):  # nothing there yet; or the name is wrong, which the one who writes says
+        mode = stat.S_IFREG
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)) or path.absolute().parent == DEVICES:
+        raise InputError(field, str(path), "is no ordinary file; name another")
+
+
 def sync_folder(folder: Path) -> None:
     """Wait until the device has stored the names in a folder, where the system can do so."""
     with suppress(OSError):
@@ -309,6 +326,7 @@ NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 
 def _new(path: Path) -> int:
     """Open a new file in place of an existing one."""
+    refuse_special(path)
     path.unlink(missing_ok=True)
     return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | NO_LINK, 0o666)
 

@@ -14,6 +14,7 @@ from ..base.errors import FunctionError, InputError, OutputError
 from ..cells.cell_stress import CellStress, pressure_of
 from ..cells.point_state import has_state, metal_field
 from ..cells.stress import VonMises
+from ..device.atomic_file import refuse_special
 from ..mesh.geometry import joined
 from ..results.files.frame_process import FrameProcess
 from ..results.files.joined_file import join_parts
@@ -49,6 +50,8 @@ def check_folder(out: Any) -> Path:
     if is_file:
         raise InputError("out", str(folder), "this is a file; give a folder")
     check_free(folder)
+    for name in ("summary.json", "history.csv", *CHECKPOINTS):
+        refuse_special(folder / name)
     if os.path.lexists(folder / FILE):
         raise InputError(
             "out", str(folder), f"it already holds {FILE} of another run; choose another folder or remove it"

@@ -11,7 +11,7 @@ from typing import Any
 
 from ...base.errors import InputError
 from ...base.version import __version__
-from ...device.atomic_file import replaced
+from ...device.atomic_file import refuse_special, replaced
 from ...results.report import plain
 from ...results.stored import StoredResult, open_result, read_summary
 from . import curves, facts, film, surface
@@ -27,6 +27,7 @@ def write_page(folders: Sequence[Path], path: Path) -> Path:
     folders: of runs, of comparisons (all their runs) or of studies, or result files.
     Raises `InputError` for a folder that holds none of them, for too many runs, and for a file that cannot be written.
     """
+    refuse_special(path, "--out")
     runs: list[Path] = []
     studies: list[Path] = []
     for folder in folders:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base import stages, validate
 from ...base.errors import InputError
-from ...device.atomic_file import refuse_link
+from ...device.atomic_file import refuse_link, refuse_special
 from ...results.files.vtkhdf import Frame, ResultData
 from .animation import animate, can_film, common_palette, film, why_no_film
 from .camera import Camera, Eye
@@ -66,6 +66,8 @@ def render_frames(
     """
     data = data if isinstance(data, ResultData) else ResultData.open(data)
     out = validate.path("out", out, "give the name of a folder")
+    for name in ("animation.gif", "animation.mp4", "bodies.png", "contact-face.png"):
+        refuse_special(out / name)
     if fps is not None:
         fps = validate.number("fps", fps, low=0.01, high=1000.0, strict=False)
     validate.flag("animation", animation)
@@ -271,4 +273,5 @@ def _picture_name(path: Any) -> Path:
     found = validate.path("path", path, remedy)
     if Image.registered_extensions().get(found.suffix.lower()) not in Image.SAVE:
         raise InputError("path", str(found), remedy)
+    refuse_special(found, "path")
     return found
