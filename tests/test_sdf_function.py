@@ -1,12 +1,16 @@
 """Obstacles from a distance function: exact distances, order of the error, what is no distance, a drop on a torus."""
 
+import copy
+import pickle
 import re
 import warnings
 
 import numpy as np
 import pytest
+from scenes import python
 
 import tcontact as tc
+from tcontact.run.checkpoint.fingerprint import fingerprint
 
 
 def torus(points, ring=0.3, tube=0.1):
@@ -147,3 +151,21 @@ def test_scene_files_keep_the_samples(tmp_path):
     (again,) = tc.load_scene(tmp_path / "scene.toml")[0].obstacles
     assert (again.grid == scene.obstacles[0].grid).all()
     assert again.parameters == scene.obstacles[0].parameters
+
+
+@pytest.mark.parametrize("options", [{}, {"gradient": lambda points: np.tile((0.6, 0.0, 0.8), (len(points), 1))}])
+def test_scenes_reach_other_processes(options, tmp_path):
+    """Functions that have no name cannot go there; the samples do, and a run may be resumed there."""
+    ring = tc.Sdf.from_function(lambda x: torus(x), (-0.5, -0.5, -0.2), (0.5, 0.5, 0.2), cells=16, **options)
+    cube = tc.Body(tc.box_mesh((0.1, 0.1, 0.1), (1, 1, 1)), tc.LinearElastic(1e6, 0.3, 1000.0), contact="zmin")
+    scene = tc.Scene([cube], [ring], duration=0.01)
+    data = pickle.dumps(scene)
+    for again in (pickle.loads(data), copy.deepcopy(scene)):
+        (known,) = again.obstacles
+        assert (known.grid == ring.grid).all()
+        assert known.parameters == ring.parameters
+        assert fingerprint(again, tc.CentralDifference()) == fingerprint(scene, tc.CentralDifference())
+    (tmp_path / "scene").write_bytes(data)
+    code = "import pathlib, pickle; (ring,) = pickle.loads(pathlib.Path(sys.argv[1]).read_bytes()).obstacles\n"
+    done = python(code + "print(ring.gap([[0.3, 0.1, 0.02]])[0].hex())", tmp_path / "scene")
+    assert done.stdout.strip() == ring.gap(np.array([[0.3, 0.1, 0.02]]))[0].hex(), done.stderr

@@ -73,6 +73,13 @@ class Sdf(Obstacle):
         grid.setflags(write=False)
         put(self, "_grid", grid)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what copies and other processes make the obstacle of: values at the nodes, no functions of them."""
+        state = dict(self.__dict__)
+        if callable(self.distance) or callable(self.gradient):
+            state |= {"distance": self.grid[..., 0], "gradient": self.grid[..., 1:]}
+        return state
+
     def _count(self) -> tuple[int, int, int]:
         """Return the number of nodes along x, y, z."""
         count, remedy = self.nodes, f"give three whole numbers of at least {NODES}: the nodes along x, y, z"
@@ -130,12 +137,12 @@ class Sdf(Obstacle):
 
             ring = tc.Sdf.from_function(torus, (-0.5, -0.5, -0.2), (0.5, 0.5, 0.2), cells=80)
 
-        Only values at the nodes are kept, which scene files save. The box holds the solid with a few cells around it;
-        where the solid ends at the box it goes on linearly. The error falls with the square of the spacing, but at
-        edges, which are rounded by about a cell, and parts thinner than the spacing may be lost. Near its surface the
-        gradient of a distance has length 1: a function that has another one gives gaps that are too large or too small
-        by that factor, of which a `RuntimeWarning` tells. Raises `InputError` for values that are no finite numbers,
-        and if the box has no node inside the solid or none outside.
+        Only values at the nodes count: scene files and pickles hold these, not the function. The box holds the solid
+        with a few cells around it; where the solid ends at the box it goes on linearly. The error falls with the square
+        of the spacing, but at edges, which are rounded by about a cell, and parts thinner than the spacing may be lost.
+        Near its surface the gradient of a distance has length 1: a function that has another one gives gaps that are
+        too large or too small by that factor, of which a `RuntimeWarning` tells. Raises `InputError` for values that
+        are no finite numbers, and if the box has no node inside the solid or none outside.
         """
         validate.whole("Sdf.cells", cells, NODES - 1)
         low, high = validate.vector("Sdf.low", low), validate.vector("Sdf.high", high)
