@@ -286,6 +286,14 @@ def test_more_threads_than_a_process_can_have_are_refused(tmp_path, capsys):
     assert not (tmp_path / "new").exists()
 
 
+def test_more_ranks_than_the_cores_can_take_are_refused(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("tcontact.commands.bench.cores", lambda: 2)
+    monkeypatch.setattr("tcontact.lab.bench.rank_steps.compare", lambda *given: pytest.fail("it measures"))
+    assert main(["bench", "--ranks", "2,17", "--out", str(tmp_path / "new")]) == 2
+    assert "--ranks = 17: give at most 16" in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
 @pytest.mark.parametrize("alone", ["--pairs", "--alternatives"])
 @pytest.mark.parametrize("options", [["--kinds", "tet4"], ["--steps", "5"], ["--arch", "cpu"], ["--sizes", "4,8"]])
 def test_a_part_measured_alone_refuses_options_that_it_would_ignore(alone, options, tmp_path, capsys):

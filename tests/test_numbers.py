@@ -111,9 +111,11 @@ def test_figures_are_taken_from_where_the_register_says():
         (["--only", "nothing"], "use some of runs"),
         (["--check", "--write"], "give one of them"),
         (["--check", "--docs", "/nowhere"], "README.md and docs/"),
+        (["--only", "short", "--docs", "/nowhere"], "README.md and docs/"),
     ],
 )
-def test_wrong_options_are_refused(words, says, capsys):
+def test_wrong_options_are_refused(words, says, capsys, monkeypatch):
+    monkeypatch.setattr(Reports, "__call__", lambda *given: pytest.fail("it computes"))
     assert cli.main(["numbers", *words]) == 2
     assert says in capsys.readouterr().err
 

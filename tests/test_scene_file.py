@@ -307,6 +307,16 @@ def test_the_surface_of_a_sampled_distance_is_checked(surface, tmp_path):
     assert caught.value.field.startswith("obstacles[0]")
 
 
+def test_a_sampled_distance_that_is_missing_is_asked_for(tmp_path):
+    """Without a file of triangles, which most have, and beside triangles of pictures."""
+    surface = "surface = { points = [[0, 0, 0]], triangles = [[0, 0, 0]] }\n"
+    for lines, key in (("", "surface"), ("spacing = 0.1\n", "surface"), (surface, "distance")):
+        (tmp_path / "scene.toml").write_text(GOOD.replace('"Plane"', f'"Sdf"\n{lines}'))
+        with pytest.raises(tc.InputError, match=r'give a file of triangles, such as surface = "die.stl"') as caught:
+            tc.load_scene(tmp_path / "scene.toml")
+        assert caught.value.field == f"obstacles[0].{key}"
+
+
 def test_mesh_files_lie_beside_the_scene(tmp_path):
     import meshio
 

@@ -17,6 +17,7 @@ from . import options, words
 from .doctor import cores
 from .folder import writable
 
+RANKS_A_CORE = 8  # more of them are no measurement, and may take all memory
 LEAVES = ("bench.json", "bench.csv", "bench.png", "alternatives.json", "alternatives.csv", "solvers.json", "pairs.json")
 QUICK: dict[str, Any] = {
     "kinds": ["hex8", "tet4"],
@@ -187,6 +188,9 @@ def _check(arguments: argparse.Namespace) -> None:
     for count in arguments.threads or ():
         if count > MOST:
             raise InputError("--threads", count, f"give at most {MOST}")
+    for count in arguments.ranks or ():
+        if count > (most := RANKS_A_CORE * cores()):
+            raise InputError("--ranks", count, f"give at most {most}, {RANKS_A_CORE} for each core of this machine")
     asked = [name for name in ONLY if getattr(arguments, name.removeprefix("--"))]
     if len(asked) > 1:
         raise InputError(asked[1], True, f"{asked[0]} measures something else: give one of them")

@@ -33,7 +33,7 @@ def add(subparsers: Any) -> None:
     )
     parser.add_argument("--check", action="store_true", help="compare with the documents; exit code 1 if they differ")
     parser.add_argument("--write", action="store_true", help="replace tables and pictures in the documents")
-    parser.add_argument("--docs", metavar="DIR", type=Path, default=Path("."), help="folder of README.md and docs/ (.)")
+    parser.add_argument("--docs", metavar="DIR", type=Path, help="folder of README.md and docs/ (.)")
     parser.add_argument(
         "--out", metavar="DIR", type=Path, default=Path("runs/numbers"), help="folder of the runs (runs/numbers)"
     )
@@ -47,7 +47,8 @@ def run(arguments: argparse.Namespace) -> int:
     known = [*TABLES, PICTURES, TIMES]
     if unknown := sorted(set(arguments.only or ()) - set(known)):
         raise InputError("--only", unknown[0], "use some of " + ", ".join(known))
-    stated = pages.tables(arguments.docs) if arguments.check or arguments.write else {}
+    docs: Path = arguments.docs or Path(".")
+    stated = pages.tables(docs) if arguments.check or arguments.write or arguments.docs else {}
     chosen = arguments.only or known
     wanted = [name for name in TABLES if name in chosen and (TABLES[name].repeats or not arguments.check)]
     reports = Reports(arguments.out, arguments.main, lambda text: print(f"  {text}", flush=True))
@@ -55,11 +56,11 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.check:
         return _compare(stated, new)
     if arguments.write:
-        changed = pages.replace(arguments.docs, new)
+        changed = pages.replace(docs, new)
         if PICTURES in chosen:
-            changed += pictures.draw(arguments.docs, reports)
+            changed += pictures.draw(docs, reports)
         if TIMES in chosen:
-            changed.append(times.write(arguments.docs, times.measure(arguments.out / TIMES, reports.say)))
+            changed.append(times.write(docs, times.measure(arguments.out / TIMES, reports.say)))
         print(*(f"changed: {path}" for path in changed), sep="\n")
         return 0
     for name, lines in new.items():

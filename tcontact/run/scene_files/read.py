@@ -193,6 +193,9 @@ class Reader:
             values["surface"] = str(self.folder / data["surface"])
             return made(place, Sdf.from_surface, values)
         check_keys(place, values, keys_of(Sdf))
+        if "distance" not in values:
+            remedy = 'give a file of triangles, such as surface = "die.stl", or an array distance and its spacing'
+            raise InputError(f"{place}.{'distance' if 'surface' in values else 'surface'}", "missing", remedy)
         self.find_metal(place, values)
         for key in ("distance", "gradient"):
             if key in values:
