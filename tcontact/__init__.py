@@ -78,6 +78,7 @@ from .scene.probes import Probe  # noqa: E402
 from .scene.rigid import RigidPart  # noqa: E402
 from .scene.scene import OverlapWarning, Scene  # noqa: E402
 from .scene.springs import PointMass, Spring  # noqa: E402
+from .scene.strain import Strain  # noqa: E402
 from .scene.supports import Support  # noqa: E402
 from .schemes import (  # noqa: E402
     CentralDifference,
@@ -149,6 +150,7 @@ __all__ = [
     "StVenantKirchhoff",
     "SteinbergGuinan",
     "StoredResult",
+    "Strain",
     "StressAveraging",
     "Support",
     "TransportAveraging",

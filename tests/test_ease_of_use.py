@@ -163,6 +163,15 @@ def bounce(cells: int) -> float:
     return float(result.history["contact_force"][:, 2].max()) + float(picture.mean())
 
 
+def energy(strain: tc.Strain, mu: float, bulk: float) -> float:
+    fibre: np.ndarray = np.array([1.0, 0.0, 0.0])
+    stretch: float = fibre @ strain.C @ fibre
+    return 0.5 * mu * (strain.I1_bar - 3.0) + 0.5 * bulk * (strain.J - 1.0) ** 2 + 0.1 * mu * (stretch - 1.0) ** 2
+
+
+Fibred = tc.register_law("Fibred", energy, {"mu": 1e6, "bulk": 2e6})
+material: tc.Material = Fibred(mu=1e6, bulk=2e6, density=1000.0)
+
 try:
     bounce(3)
 except tc.InputError as error:
@@ -175,8 +184,9 @@ def test_a_script_of_a_user_passes_strict_mypy(tmp_path):
     assert (ROOT / "tcontact" / "py.typed").exists()
     (tmp_path / "script.py").write_text(SCRIPT)
     (tmp_path / "wrong.py").write_text(SCRIPT.replace("bounce(3)", "bounce('3')"))
+    (tmp_path / "no_number.py").write_text(SCRIPT.replace("strain.I1_bar - 3.0", "strain.C"))
     words = ["--strict", "--follow-imports=silent", "--config-file=", "--cache-dir", str(tmp_path / "cache")]
-    for name, passes in (("script.py", True), ("wrong.py", False)):
+    for name, passes in (("script.py", True), ("wrong.py", False), ("no_number.py", False)):
         command = [sys.executable, "-m", "mypy", *words, str(tmp_path / name)]
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, env=None)
         assert (done.returncode == 0) == passes, done.stdout

@@ -236,3 +236,11 @@ def test_a_scene_file_on_the_command_line(rubber, tmp_path):
     assert main([*words, "--frames", "0"]) == 0
     (tmp_path / "laws.py").write_text(LAWS_FILE.replace("0.5 * bulk", "0.25 * bulk"), encoding="utf-8")
     assert main([*words, "--force"]) == 2
+
+
+def test_the_type_for_annotations_names_all_that_an_energy_is_given():
+    """`tc.Strain` stands for the class of the kernels, which a scene without own laws does not load."""
+    from tcontact.kernels.language.traced_energy import Strain
+
+    named, given = ({name for name in vars(kind) if name[0] != "_"} for kind in (tc.Strain, Strain))
+    assert named == given == {"H", "F", "C", "E", "J", "I1", "I2", "I1_bar", "I2_bar"}

@@ -11,7 +11,7 @@ import inspect
 import keyword
 from collections.abc import Callable, Mapping
 from dataclasses import make_dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..base import validate
 from ..base.errors import InputError
@@ -34,6 +34,11 @@ class OwnMaterial(LameMaterial):
     names: ClassVar[tuple[str, ...]]
     order: ClassVar[tuple[str, ...]]
     rest: ClassVar[Any]
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *given: float, **values: float) -> None:
+            """Make a material of values of the parameters, then the density; each class has their names."""
 
     def __post_init__(self) -> None:
         for name in (*self.names, "density"):
@@ -90,10 +95,10 @@ def register_law(name: str, energy: Callable[..., Any], parameters: Mapping[str,
         rubber = Gent(mu=3e5, limit=25.0, bulk=1e7, density=1100.0)
         body = tc.Body(mesh, rubber, contact="zmin")
 
-    `strain` has the 3x3 arrays H = grad u, F = I + H, C = F^t F, E = (C - I)/2 and the invariants J, I1, I2,
-    I1_bar = J^(-2/3) I1, I2_bar = J^(-4/3) I2. The formula takes + - * / ** @ and NumPy's log, log1p, log2, log10, exp,
-    expm1, sqrt, sinh, cosh, trace and the like, without `if`, `abs`, `max`. It may be anisotropic: of a fibre along
-    the unit vector a, a @ strain.C @ a is the square of its stretch. For principal stretches see `Ogden`.
+    `strain` (a `tc.Strain`) has the 3x3 arrays H = grad u, F = I + H, C = F^t F, E = (C - I)/2 and the invariants J,
+    I1, I2, I1_bar = J^(-2/3) I1, I2_bar = J^(-4/3) I2. The formula takes + - * / ** @ and NumPy's log, log1p, log2,
+    log10, exp, expm1, sqrt, sinh, cosh, trace and the like, without `if`, `abs`, `max`. It may be anisotropic: of a
+    fibre along the unit vector a, a @ strain.C @ a is the square of its stretch. For principal stretches see `Ogden`.
 
     Write the formula as in a textbook. Stress, energy and tangent are derived exactly, in a form in which small strains
     keep their digits (a strain of 1e-9 too). Powers with whole exponents, halves and thirds are cheaper than others.
