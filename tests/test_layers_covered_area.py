@@ -1,4 +1,4 @@
-"""Friction layers of slaves whose covered area changes: heat [J] that was made stays, whatever area a node stands on."""
+"""Friction layers of slaves whose covered area changes: heat [J] that was made stays, whatever area is covered."""
 
 import numpy as np
 from scenes import simulate
