@@ -410,12 +410,13 @@ class LayeredFriction(Friction):
             warm[1] if two else None,
             strain[1] if two else None,
             internal,
+            tuple(kinds),
         )
 
     def start_from(self, nodes: np.ndarray, state: LayerState, part: slice) -> None:
         """Start from the layers of another run; contact nodes [k] without one there start with a new layer.
 
-        part: their slice of all contact nodes.
+        part: their slice of all contact nodes; state: with the kinds of this scene (run/initial_layers.py).
         """
         layers, internal = self.layers, state.internal
         order = np.argsort(state.nodes)
@@ -423,9 +424,8 @@ class LayeredFriction(Friction):
         mine = np.flatnonzero(state.nodes[rows] == nodes)
         there = mine + part.start
         for number in layers.batches_of(part):
-            kind = layers.kinds[number]
-            if (kind.partner, kind.bodies) in state.partners:
-                place = state.partners.index((kind.partner, kind.bodies))
+            if layers.kinds[number] in state.kinds:
+                place = state.kinds.index(layers.kinds[number])
                 begin = f"{place}/"
                 known = {name[len(begin) :]: values for name, values in internal.items() if name.startswith(begin)}
                 layers.batches[number].start_from(mine + layers.places(number, part).start, rows[mine], known)
