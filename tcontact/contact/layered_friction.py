@@ -86,7 +86,8 @@ class LayeredFriction(Friction):
         self._kick_work = np.zeros(len(areas))  # work of the last kick that the layers took with it [J/m^2]
         self._taken_over = False  # layers of another run
         self._owed = np.zeros(len(areas))  # work waiting at the end of the run before this one [J/m^2]
-        self._given_before = np.zeros(len(areas))  # heat to obstacles that does not count on the present area [J/m^2]
+        # heat to obstacles and plastic work that do not count on the present area [J/m^2]
+        self._given_before, self._plastic_before = np.zeros(len(areas)), np.zeros(len(areas))
         # a layer solved with a kick ends half a step after the row: values at the row are interpolated with this share
         # from those before the kick: surface temperature [K], shear stress [Pa], plastic work and heat to the obstacles
         # [J/m^2]
@@ -123,7 +124,11 @@ class LayeredFriction(Friction):
             self._last,
         ):
             values *= ratio
-        for total, before in ((self.layers.cell("WORK"), self._owed), (self.layers.to_obstacles(), self._given_before)):
+        for total, before in (
+            (self.layers.cell("WORK"), self._owed),
+            (self.layers.to_obstacles(), self._given_before),
+            (self.layers.cell("PLASTIC_WORK"), self._plastic_before),
+        ):
             before[:] = total - ratio * (total - before)
 
     def step(self, before: float, after: float) -> None:
@@ -325,7 +330,7 @@ class LayeredFriction(Friction):
         """
         layers, model = self.layers, self.model
         done = layers.cell("WORK") + self._waiting - self._owed + self._pending()
-        plastic = model.plastic_heat * self._at_row(2, layers.cell("PLASTIC_WORK")) if model.plastic_heat > 0.0 else 0.0
+        plastic = model.plastic_heat * (self._at_row(2, layers.cell("PLASTIC_WORK")) - self._plastic_before)
         if layers.plain:
             heat = float((self.areas * (model.heat_share * done + plastic)).sum()) - model.heat_share * late
             given = (1.0 - model.heat_share) * (float((self.areas * done).sum()) - late)
@@ -405,12 +410,13 @@ class LayeredFriction(Friction):
             warm[1] if two else None,
             strain[1] if two else None,
             internal,
+            tuple(kinds),
         )
 
     def start_from(self, nodes: np.ndarray, state: LayerState, part: slice) -> None:
         """Start from the layers of another run; contact nodes [k] without one there start with a new layer.
 
-        part: their slice of all contact nodes.
+        part: their slice of all contact nodes; state: with the kinds of this scene (run/initial_layers.py).
         """
         layers, internal = self.layers, state.internal
         order = np.argsort(state.nodes)
@@ -418,9 +424,8 @@ class LayeredFriction(Friction):
         mine = np.flatnonzero(state.nodes[rows] == nodes)
         there = mine + part.start
         for number in layers.batches_of(part):
-            kind = layers.kinds[number]
-            if (kind.partner, kind.bodies) in state.partners:
-                place = state.partners.index((kind.partner, kind.bodies))
+            if layers.kinds[number] in state.kinds:
+                place = state.kinds.index(layers.kinds[number])
                 begin = f"{place}/"
                 known = {name[len(begin) :]: values for name, values in internal.items() if name.startswith(begin)}
                 layers.batches[number].start_from(mine + layers.places(number, part).start, rows[mine], known)

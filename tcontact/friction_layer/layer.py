@@ -232,17 +232,25 @@ class Layer:
         return known | {"cells": numbers.reshape(-1, self._cell_numbers)[: self.cells].copy(), "base": self._base}
 
     def start_from(self, cells: np.ndarray, rows: np.ndarray, state: dict[str, np.ndarray]) -> None:
-        """Start cells [m] of a new batch from rows [m] of the `state` of another one; their work starts at 0."""
+        """Start cells [m] of a new batch from rows [m] of the `state` of another one; their work starts at 0.
+
+        A state with "own" holds the profiles of the first side alone, which met something else: other sides stay new,
+        and the stress starts from the yield limit, as where a contact closes.
+        """
         rise = state["rise"][rows] + (state["base"] - self._base)
         if "carried" in state and self.plastic_heat == 0.0:
-            rise += state["carried"][rows] / np.repeat([m.volumetric_heat for m in self.metals], self.points)
+            capacity = np.repeat([m.volumetric_heat for m in self.metals], self.points)
+            rise += state["carried"][rows] / capacity[: rise.shape[1]]
         for name, values in state.items():
             if name in ("growth", "hardening") or (name == "carried" and self.plastic_heat > 0.0):
                 self._set_profiles(getattr(self, f"_{name}"), cells, values[rows])
         self._set_profiles(self._rise, cells, rise)
         packs = arrays.get(self._state).reshape(-1, self._cell_numbers, self._stride).copy()
         kept = self._names.CELL
-        packs[cells // self._stride, :kept, cells % self._stride] = state["cells"][rows, :kept]
+        numbers = state["cells"][rows, :kept]
+        if "own" in state:
+            numbers[:, np.arange(kept) != self._names.WARM] = 0.0
+        packs[cells // self._stride, :kept, cells % self._stride] = numbers
         packs[:, kept:, :] = 0.0
         for name in ("WORK", "PLASTIC_WORK", "FAILURES", "EVALUATIONS"):
             packs[:, getattr(self._names, name), :] = 0.0
@@ -313,9 +321,9 @@ class Layer:
         return np.concatenate([self._profile(array, side) for side in range(len(self.metals))], axis=1)
 
     def _set_profiles(self, array: Any, cells: np.ndarray, values: np.ndarray) -> None:
-        """Set values [m, points of all sides] of cells [m]."""
+        """Set values [m, points of all sides, or of the first] of cells [m]."""
         packed = arrays.get(array).reshape(-1, len(self.metals) * self.points, self._stride).copy()
-        packed[cells // self._stride, :, cells % self._stride] = values
+        packed[cells // self._stride, : values.shape[1], cells % self._stride] = values
         arrays.set_values(array, packed)
 
     @property

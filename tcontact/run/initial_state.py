@@ -1,7 +1,7 @@
 """What a run starts with: the places and velocities of its scene, or the end of another run of the same bodies.
 
-The other run leaves positions, velocities, friction layers and, of metals, the state of the points of every cell. What
-does not fit the scene is refused by name.
+The other run leaves positions, velocities, friction layers (initial_layers.py) and, of metals, the state of the points
+of every cell. What does not fit the scene is refused by name.
 """
 
 from __future__ import annotations
@@ -11,16 +11,12 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import InputError
-from ..friction_layer import LayerState
-from ..friction_layer.grid import depths
 from ..mesh.mesh import Mesh
 from ..results.result import Result
 from ..results.stored import StoredResult
 from ..scene.body import Body
 from ..scene.cell_blocks import BodyBlock
 from ..scene.contact_models import PenaltyContact
-from ..scene.friction_models import FrictionLayer
-from ..scene.layer_metals import metal_of
 from ..scene.scene import Scene
 
 
@@ -110,25 +106,6 @@ def _check_outside(scene: Scene, positions: list[np.ndarray]) -> None:
                     f"node {body.contact_nodes[lowest]} of {scene.label(index)} ends {-gap[lowest]:.6g} inside obstacle"
                     f" {scene.obstacle_label(number)} (allowed: {allowed:.3g}); move the obstacle apart",
                 )
-
-
-def layers_of(scene: Scene, initial: Result) -> tuple[LayerState | None, ...]:
-    """Return the friction layers of another run with which this one starts. Raises `InputError` if they do not fit."""
-    model = scene.friction
-    if not isinstance(model, FrictionLayer):
-        return ()
-    depth = depths(model.points, model.grading, model.thickness)
-    for index, layers in enumerate(initial.layers):
-        if layers is None:
-            continue
-        if not (np.isfinite(layers.temperature).all() and np.isfinite(layers.plastic_strain).all()):
-            raise InputError(
-                "initial", initial.reason, "its friction layers are not finite; start from a run that finished"
-            )
-        if not layers.fits(metal_of(scene, index), depth):
-            remedy = "its friction layers are of another metal or other depths; give the FrictionLayer of that run"
-            raise InputError("initial", initial, f"{remedy} (material, points, grading, thickness)")
-    return initial.layers
 
 
 def points_of(scene: Scene, initial: Result) -> tuple[tuple[np.ndarray, ...], ...]:

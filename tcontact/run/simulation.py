@@ -26,7 +26,8 @@ from .device_room import check_device, check_scheme
 from .folder_lock import locked, made_folder
 from .history import MOST_ROWS
 from .initial_faces import kept_start, scene_of_start
-from .initial_state import check_initial, layers_of, points_of, start_from
+from .initial_layers import layers_of
+from .initial_state import check_initial, points_of, start_from
 from .interrupts import pools_served
 from .law_checks import check_laws
 from .loop import Run
@@ -65,9 +66,9 @@ def simulate(
     hold another run); frames: how many states are written, first and last included; threads: CPU threads (None = all);
     arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows (docs/COLUMNS.md says
     which numbers still count every step); initial: start from the end of another run of the same bodies, whatever
-    velocity and displacement they name: positions, velocities, friction layers and the rows of bodies in contact go on,
-    with contact="auto" the contact faces of that run, and those that may meet from its end (a warning names bodies that
-    have more so),
+    velocity and displacement they name: positions, velocities, friction layers (their own side alone on an obstacle of
+    another metal than there) and the rows of bodies in contact go on, with contact="auto" the contact faces of that
+    run, and those that may meet from its end (a warning names bodies that have more so),
     while time starts at 0 again for moving obstacles and the sums of the history, and a scene without `FrictionLayer`
     drops the layers (a scene whose obstacle has moved to where the meshes would be inside it gives the bodies a
     displacement out of it); pressures: keep the pressures of the contact nodes at every row of the history
