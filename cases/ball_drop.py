@@ -22,9 +22,13 @@ import numpy as np
 import tcontact as tc
 from tcontact.cases import _choices as choices
 from tcontact.cases import _round_meshes as meshes
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 
+SMALLEST = 1e-3  # contact radius over that of the ball, below which the mesh would have too many cells
 
+
+@checked
 def scene(
     *,
     cells: int = 3,
@@ -55,6 +59,9 @@ def scene(
     largest = contact * balls**0.5
     if largest > 0.5 * radius:
         raise tc.InputError("speed", speed, "the ball would be crushed: its contact radius exceeds half its own")
+    if contact < SMALLEST * radius:
+        remedy = f"the contact radius would be below {SMALLEST:g} of that of the ball; give a larger speed"
+        raise tc.InputError("speed", speed, remedy)
     mesh = meshes.quarter_ball(
         radius, contact / cells, round(1.2 * cells * largest / contact), cap=0.2 + largest / radius
     )

@@ -20,10 +20,12 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 from tcontact.results.exact import PenaltyWall
 
 
+@checked
 def scene(
     *,
     cells: int = 160,

@@ -18,6 +18,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 from tcontact.show import plots
 
@@ -27,6 +28,7 @@ LOWER = np.array((3.0, 2.0, 0.5))
 AFTER = 1.3  # duration over the time after which rigid blocks move together
 
 
+@checked
 def scene(
     *,
     cells: int = 4,
@@ -58,11 +60,19 @@ def scene(
     choices.positive(cells=cells, lower_cells=lower_cells, friction=friction, speed=speed, stiffness=stiffness)
     choices.positive(density=density, height=height, gravity=gravity)
     young = STIFFNESS * density * gravity * height if young is None else young
+    pressure = density * gravity * height * UPPER.prod() / LOWER[:2].prod()
+    for name, value, modulus, load in (
+        ("young", young, young, density * gravity * height),
+        ("stiffness", stiffness, stiffness * young, pressure + density * gravity * LOWER[2] * height),
+    ):
+        if not load < 0.5 * modulus:
+            raise tc.InputError(
+                name, value, f"the block would be pressed flat: give more than {2.0 * value * load / modulus:g}"
+            )
     laws = [choices.material("linear", modulus, poisson, density) for modulus in (young, stiffness * young)]
     counts = [np.maximum(1, np.round(UPPER * cells).astype(int)),
               np.maximum(1, np.round(LOWER * (lower_cells or 0.75 * cells)).astype(int))]  # fmt: skip
     sizes = [UPPER * height, LOWER * height]
-    pressure = density * gravity * height * UPPER.prod() / LOWER[:2].prod()
     meshes = [
         tc.box_mesh(size, tuple(map(int, count)), kind, (-size[0] / 2, -size[1] / 2, start))
         for size, count, start in zip(sizes, counts, (0.0, -sizes[1][2]), strict=True)

@@ -22,9 +22,11 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 
 
+@checked
 def scene(
     *,
     cells: int = 80,

@@ -29,6 +29,7 @@ from scipy.special import i0, i1, j0, j1
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.mesh.mapped import tetrahedra
 from tcontact.results import checks as ck
 from tcontact.show import plots
@@ -48,6 +49,7 @@ class Motion(NamedTuple):
     speed: float
 
 
+@checked
 def scene(
     *,
     cells: int = 12,

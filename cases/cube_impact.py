@@ -19,6 +19,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 
 REACH = np.cos(np.radians(80.0))  # faces that look at the wall within 80 degrees can touch it
@@ -35,6 +36,7 @@ FLAT = {  # flat impact of a linear cube; tests/oracle, 12^3 hexes, normal remov
 }
 
 
+@checked
 def scene(
     *,
     cells: int = 16,

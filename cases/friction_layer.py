@@ -21,6 +21,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact import friction_layer as layer
+from tcontact.cases._inputs import checked
 from tcontact.device import runtime
 from tcontact.friction_layer import figures, study
 from tcontact.results import checks as ck
@@ -40,6 +41,7 @@ class Runs:
     parameters: Mapping[str, object]
 
 
+@checked
 def solve(
     *,
     velocity: float = 34.0,

@@ -21,9 +21,13 @@ import numpy as np
 import tcontact as tc
 from tcontact.cases import _choices as choices
 from tcontact.cases import _round_meshes as meshes
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 
+SMALLEST = 1e-3  # contact radius over that of the ball, below which the mesh would have too many cells
 
+
+@checked
 def scene(
     *,
     cells: int = 8,
@@ -42,8 +46,9 @@ def scene(
     """
     if isinstance(cells, bool) or not isinstance(cells, int) or cells < 2:
         raise tc.InputError("cells", cells, "give a whole number of at least 2")
-    if not 0.0 < contact_radius <= 0.3:
-        raise tc.InputError("contact_radius", contact_radius, "give a share of the radius, above 0 and at most 0.3")
+    if not SMALLEST <= contact_radius <= 0.3:
+        remedy = f"give a share of the radius, at least {SMALLEST:g} and at most 0.3"
+        raise tc.InputError("contact_radius", contact_radius, remedy)
     choices.positive(radius=radius)
     material = choices.material("neo-hookean", young, poisson, density)
     mesh = meshes.quarter_ball(radius, contact_radius * radius / cells, cells + cells // 2)

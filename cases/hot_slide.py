@@ -18,6 +18,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.friction_layer import study
 from tcontact.results import checks as ck
 from tcontact.show import plots
@@ -26,6 +27,7 @@ STEEL = {"young": 200e9, "poisson": 0.3, "density": 7900.0}
 SCHEME = {"scheme": "central-difference", "cfl": 0.2}
 
 
+@checked
 def scene(
     *,
     cells: int = 4,
@@ -53,6 +55,8 @@ def scene(
     material = choices.material(law, STEEL["young"], STEEL["poisson"], STEEL["density"])
     mesh = tc.box_mesh((2.0 * height, height, height), (2 * cells, cells, cells))
     strain = pressure / STEEL["young"]
+    if not strain < 0.5:
+        raise tc.InputError("pressure", pressure, f"give less than half of young = {STEEL['young']:g} Pa")
 
     def squeezed(nodes: np.ndarray) -> np.ndarray:
         across = STEEL["poisson"] * strain * (nodes - mesh.nodes.mean(axis=0))

@@ -18,6 +18,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 from tcontact.show import plots
 
@@ -25,6 +26,7 @@ INTERVALS = 400  # of the differential equation
 RISE = 0.6  # share of the duration in which the pressure rises
 
 
+@checked
 def scene(
     *,
     cells: int = 24,

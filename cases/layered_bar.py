@@ -20,12 +20,14 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 
 LAST = 3.8  # end of the run after touch, in T
 SETTLED = 0.4  # part of a level, in T at each end, that its mean leaves out: the front is steep, not a step
 
 
+@checked
 def scene(
     *,
     cells: int = 40,

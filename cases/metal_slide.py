@@ -22,6 +22,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.friction_layer import STAINLESS_304
 from tcontact.results import checks as ck
 from tcontact.show import plots
@@ -32,6 +33,7 @@ SCHEME = {"scheme": "central-difference", "cfl": 0.2}
 VERGE = 0.95  # von Mises stress at the start over the yield stress
 
 
+@checked
 def scene(
     *,
     cells: int = 8,

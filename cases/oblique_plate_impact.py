@@ -24,6 +24,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.friction_layer import ALUMINIUM_6061, COPPER, STAINLESS_304
 from tcontact.results import checks as ck
 from tcontact.show import plots
@@ -34,6 +35,7 @@ WIDTH = 40.0  # width of the plates over the thickness of one
 SEEN = 0.9  # the run ends at this share of the time in which the normal wave comes back
 
 
+@checked
 def scene(
     *,
     cells: int = 40,

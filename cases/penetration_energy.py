@@ -19,6 +19,7 @@ import numpy as np
 import tcontact as tc
 from tcontact.cases import _choices as choices
 from tcontact.cases import cube_impact
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 from tcontact.show.plots import penetration_energies
 
@@ -27,6 +28,7 @@ STEPS = (1.0, 0.5, 0.25)  # steps of the comparison, over the stable step of the
 NAMES = ("ordinary", "redistributed")
 
 
+@checked
 def scene(
     *,
     cells: int = 8,

@@ -20,6 +20,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.cases._metal_shock import MetalShock
 from tcontact.results import checks as ck
 from tcontact.show import plots
@@ -33,6 +34,7 @@ METALS = {
 EQUATIONS = {"steel": "bulk", "copper": "mie-grueneisen"}
 
 
+@checked
 def scene(
     *,
     cells: int = 100,

@@ -18,6 +18,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.cases.inflated_ring import smooth
 from tcontact.results import checks as ck
 from tcontact.show import plots
@@ -25,6 +26,7 @@ from tcontact.show import plots
 PRESSED, FILLED = 0.4, 0.7  # shares of the duration at which the planes stand still, and the pressure is at its end
 
 
+@checked
 def scene(
     *,
     cells: int = 4,

@@ -29,12 +29,14 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 from tcontact.show import plots
 
 LEAVING = 0.3  # the run goes on for this share of the contact time after the slab has left
 
 
+@checked
 def scene(
     *,
     cells: int = 80,

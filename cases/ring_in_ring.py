@@ -22,6 +22,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 from tcontact.scene.slaves import mean_area
 from tcontact.show import plots
@@ -32,6 +33,7 @@ LAG = 0.03  # of a face, by which the weights of a row may lag behind
 Field = tuple[float, float, float]  # A, B [m^2] and axial strain e of a ring: u_r = A r + B/r, u_z = e z
 
 
+@checked
 def scene(
     *,
     cells: int = 24,

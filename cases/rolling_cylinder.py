@@ -23,12 +23,14 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 from tcontact.show import plots
 
 LAST = 1.2  # rolling is judged from this many sliding times on
 
 
+@checked
 def scene(
     *,
     cells: int = 24,

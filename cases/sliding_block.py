@@ -30,6 +30,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 from tcontact.show import plots
 
@@ -42,6 +43,7 @@ STIFFNESS = 1e5  # Young's modulus in density x gravity x height
 TRANSITS = 400.0  # of waves through the height in a run on the incline
 
 
+@checked
 def scene(
     *,
     cells: int = 4,

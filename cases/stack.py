@@ -21,11 +21,13 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 
 SETTLED = 14.0  # times 1/omega from the landing of the last block to the end, omega of the stack on its foot
 
 
+@checked
 def scene(
     *,
     cells: int = 3,

@@ -18,11 +18,13 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 
 SIZE = (0.1, 0.1, 0.05)  # of the rubber [m]
 
 
+@checked
 def scene(
     *,
     striker: Literal["ball", "box"] = "ball",

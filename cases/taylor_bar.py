@@ -23,6 +23,7 @@ import numpy as np
 import tcontact as tc
 from tcontact.cases import _choices as choices
 from tcontact.cases import _round_meshes as meshes
+from tcontact.cases._inputs import checked
 from tcontact.mesh.mapped import tetrahedra
 from tcontact.results import checks as ck
 from tcontact.show import plots
@@ -64,6 +65,7 @@ KNOWN = {
 }
 
 
+@checked
 def scene(
     *,
     cells: int = 5,

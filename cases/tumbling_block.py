@@ -17,12 +17,14 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 from tcontact.show.plots import energies
 
 SCHEME = {"scheme": "discrete-gradient", "dt": 2e-4}
 
 
+@checked
 def scene(
     *,
     cells: int = 6,

@@ -21,11 +21,13 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 
 AFTER = 1.5  # the run ends this long after the touch, in wave periods 2 L/c of the slower bar
 
 
+@checked
 def scene(
     *,
     cells: int = 20,

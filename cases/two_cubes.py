@@ -16,12 +16,14 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 
 OBLIQUE = np.array((1.0, 0.4, -1.0))  # direction of the velocity, the normal part being 1
 AFTER = 3.0  # duration in edges over the wave speed of the softer cube
 
 
+@checked
 def scene(
     *,
     cells: int = 8,

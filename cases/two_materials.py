@@ -24,11 +24,13 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 
 SETTLED = 0.2  # part of a level, at each end, that its mean leaves out: the front is steep, not a step
 
 
+@checked
 def scene(
     *,
     cells: int = 100,

@@ -22,12 +22,14 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 from tcontact.scene.slaves import mean_area
 
 AFTER = 1.3  # the run ends this long after the touch, in durations of the contact
 
 
+@checked
 def scene(
     *,
     cells: int = 8,

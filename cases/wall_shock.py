@@ -18,12 +18,14 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
+from tcontact.cases._inputs import checked
 from tcontact.results import checks as ck
 from tcontact.results.exact import WallShock
 
 TRAVEL = 0.8  # share of the block that the shock runs through
 
 
+@checked
 def scene(
     *,
     cells: int = 80,

@@ -77,7 +77,7 @@ def test_list_verbose_explains_every_case_and_its_parameters(capsys):
         (["run", "bar-impact", "--set", "compare=true"], "no such parameter"),
         (["run", "hertz-impact", "--set", "radius=0"], "radius = 0.0: must be greater than 0"),
         (["run", "tumbling-block", "--set", "size=inf"], "size = inf: give a finite number"),
-        (["run", "sliding-block", "--set", "damping=nan"], "damping = nan: give a number of at least 0"),
+        (["run", "sliding-block", "--set", "damping=nan"], "damping = nan: give a finite number"),
         (["run", "sliding-block", "--set", "viscosity=-1"], "viscosity = -1.0: give a number of at least 0"),
         (["run", "ball-drop", "--set", "speed=1e-300"], "give values nearer to the defaults"),
         (["run", "bouncing-bar", "--set", "length=1e300"], "give values nearer to the defaults"),

@@ -197,7 +197,36 @@ def test_long_plastic_steps_and_unbalanced_pairs_are_named():
     assert flow_warning(flow | {"plastic_strain_max": flow["plastic_strain_max"] / 2.0}, 1.0) is None
     assert flow_warning({"time": times}, 1.0) is None
     left = {"time": times, "static_residual": np.array([0.0, 1e-3, 0.3, 1e-3])}
-    pairs, alone = SimpleNamespace(body_pairs=(1,)), SimpleNamespace(body_pairs=())
+    pairs, alone = (SimpleNamespace(body_pairs=given, contact=tc.MasslessContact()) for given in ((1,), ()))
     assert "a residual of 0.3 at t = 2 s" in residual_warning(pairs, left)
     assert residual_warning(alone, left) is None
     assert residual_warning(pairs, left | {"static_residual": np.full(4, 1e-3)}) is None
+
+
+def test_a_tolerance_that_pairs_miss_is_named():
+    """Up to ten times the tolerance, and up to .02 without one, nothing is said; rows above it are counted."""
+    from types import SimpleNamespace
+
+    from tcontact.run.end_checks import residual_warning
+
+    rows = {"time": np.arange(4.0), "static_residual": np.array([0.0, 2e-6, 3e-4, 5e-7])}
+
+    def said(tolerance, pairs=(1,)):
+        contact = tc.MasslessContact(tolerance=tolerance)
+        return residual_warning(SimpleNamespace(body_pairs=pairs, contact=contact), rows)
+
+    text = said(1e-6)
+    assert "residual of 0.0003 at t = 2 s" in text
+    assert "MasslessContact.tolerance = 1e-06 in 2 of 4 rows" in text
+    assert "smaller cfl" in text
+    assert "smaller tolerance" in text
+    assert said(None) is None
+    assert said(4e-5) is None
+    assert said(1e-6, ()) is None
+    rows["static_residual"] *= 1e-7
+    assert said(1e-13) is None  # rounding
+    rows["static_residual"][2] = 0.3
+    assert "cells of more even shape" in said(None)
+    assert "cells of more even shape" in said(0.1)
+    empty = {name: values[:0] for name, values in rows.items()}
+    assert residual_warning(SimpleNamespace(body_pairs=(1,), contact=tc.MasslessContact()), empty) is None

@@ -45,8 +45,10 @@ def test_noise_at_the_stable_step_does_not_grow(ratio, cells, kind):
 
 
 def test_a_tight_tolerance_keeps_the_angular_momentum():
-    """Rows are built anew within a step where the static solve lets slaves slip."""
-    result = tc.simulate(oblique_cubes(contact=tc.MasslessContact("full", tolerance=1e-8)))
+    """Rows are built anew within a step where the static solve lets slaves slip; the run says that it missed 1e-8."""
+    with pytest.warns(RuntimeWarning, match=r"MasslessContact\.tolerance = 1e-08 in \d+ of \d+ rows"):
+        result = tc.simulate(oblique_cubes(contact=tc.MasslessContact("full", tolerance=1e-8)))
+    assert (result.history["static_residual"] > 1e-8).any()
     assert result.ok
     assert total(result, "angular_momentum") <= 1e-5
     assert total(result, "momentum") <= 1e-11
@@ -135,6 +137,7 @@ def waves(nodes):
     return 0.05 * np.sin(3.0 * nodes[:, [1, 2, 0]])
 
 
+@pytest.mark.filterwarnings("ignore:the static solve between bodies left")  # it is as tight as it can be
 def test_a_body_does_not_feel_one_that_it_may_meet_and_does_not():
     """Both vibrate apart from each other: what the other one does changes nothing but for rounding."""
     contact = tc.MasslessContact("full", tolerance=1e-13)
@@ -163,6 +166,7 @@ def test_the_smallest_gap_is_that_of_the_lowest_node(degrees):
     assert gap == pytest.approx(0.01 / np.cos(np.radians(degrees)), rel=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:the static solve between bodies left")  # it is as tight as it can be
 def test_bodies_that_come_from_far_meet_as_those_that_start_near():
     """The search, which looks rarely at bodies far apart, is in time."""
     scene, step, steps = oblique_cubes(contact=tc.MasslessContact("full", tolerance=1e-8)), 0.14, 60
