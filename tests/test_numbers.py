@@ -9,6 +9,7 @@ import pytest
 
 import tcontact as tc
 from tcontact import cases
+from tcontact.base.errors import OutputError
 from tcontact.commands import cli
 from tcontact.commands.cli import main
 from tcontact.lab.numbers import pages, register, rows, tables, times
@@ -44,6 +45,15 @@ def _command(line, stated):
     table = next(lines for lines in stated.values() if line in lines)
     above = [other for other in table[: table.index(line) + 1] if "`tcontact " in other]
     return above[-1].split("`")[1].removeprefix("tcontact ")
+
+
+def test_a_comparison_is_made_again_in_the_same_folder(tmp_path):
+    """A report that is left from another time is not taken for that of a command that writes none."""
+    command = "run cube-impact --set cells=3 --set duration=1e-4 --set compare=true"
+    first, second = (Reports(tmp_path, main)(command) for _ in range(2))
+    assert first["runs"] == second["runs"]
+    with pytest.raises(OutputError, match="left no summary"):
+        Reports(tmp_path, lambda words: 1)(command)
 
 
 @pytest.mark.slow

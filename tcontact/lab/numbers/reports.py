@@ -46,10 +46,19 @@ class Reports:
         if words[0] == "run":
             options += ["--quiet"] if "--frames" in words else ["--quiet", "--frames", "0"]
         report = folder / NAMES[words[0]]
-        report.unlink(missing_ok=True)
+        before = _written(report)  # stays: that of a comparison names the runs whose files may be replaced
         with redirect_stdout(io.StringIO()) as printed, warnings.catch_warnings():
             warnings.simplefilter("ignore")
             code = self.main([*words, *options])  # it is 1 where a scheme fails that is meant to fail
-        if code == 2 or not report.exists():
+        if code == 2 or _written(report) in (None, before):
             raise OutputError(f"`tcontact {command}` left no {report.name} (exit code {code}): {printed.getvalue()}")
         return dict(json.loads(report.read_text(encoding="utf-8")))
+
+
+def _written(path: Path) -> tuple[int, int] | None:
+    """Return what tells a file from one that takes its place later, None without a file."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns
