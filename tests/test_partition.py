@@ -13,7 +13,7 @@ from tcontact.planning.partition.box_graph import BoxGraph
 from tcontact.planning.partition.cell_graph import CellGraph
 from tcontact.planning.partition.contact_parts import contact_part, receiver_ranks
 from tcontact.planning.partition.cut import EXTRA_WORK, contact_ranks, cut_cells
-from tcontact.planning.partition.domain_part import cut_domain, domain_part
+from tcontact.planning.partition.domain_part import cut_domain, domain_part, kept_by, shares_contact
 from tcontact.planning.partition.parts import parts_of
 from tcontact.planning.planning import plan
 
@@ -258,6 +258,28 @@ def test_a_sheet_on_which_something_acts_everywhere_is_refused(given, contact):
     for ranks in (2, 3):
         with pytest.raises(InputError, match="25 of 25 cells touch loads, springs or driven supports"):
             cut_domain(domain, scene, ranks)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.75])
+@pytest.mark.parametrize(("ranks", "asked"), [(3, 2), (4, 2), (4, 3), (4, 4)])
+def test_what_keeps_contact_cells_together_leaves_equal_work_to_other_ranks(share, ranks, asked):
+    """Springs are at contact nodes that all ranks were to share: the first rank has these cells, and no others."""
+    mesh = tc.box_mesh((0.1, 0.1, 0.2), (8, 8, 16)).translated((0.0, 0.0, 1e-4))
+    low = mesh.nodes_of("zmin")
+    sprung = low[mesh.nodes[low, 0] < share * 0.1 + 1e-9]
+    body = tc.Body(
+        mesh.with_sets(node_sets={"sprung": sprung}),
+        tc.LinearElastic(2.3e7, 0.27, 1350.0),
+        contact="zmin",
+        springs=[tc.Spring("sprung", 1e4)],
+    )
+    scene = tc.Scene([body], [tc.Plane()], duration=2e-3, contact=tc.PenaltyContact(stiffness=2e9))
+    (domain,) = plan(scene).domains
+    cut = cut_domain(domain, scene, ranks, asked)
+    assert np.bincount(cut, minlength=ranks).max() <= 1.01 * mesh.cell_count / ranks + 1.0
+    assert shares_contact(domain, cut) == (share < 1.0)
+    if share == 1.0:
+        assert kept_by(domain, scene).startswith("what else acts on its contact nodes (springs, ")
 
 
 def test_parts_share_the_probes():

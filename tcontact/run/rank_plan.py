@@ -13,10 +13,9 @@ import numpy as np
 
 from ..contact.shared_facts import WholeContact
 from ..device.team import Team
-from ..planning.partition.domain_part import DomainPart, cut_domain, domain_parts, shares_contact
+from ..planning.partition.domain_part import DomainPart, cut_domain, domain_parts, kept_by, shares_contact
 from ..planning.partition.message import packed, unpacked
 from ..planning.partition.outline import PlanOutline, outlined, told
-from ..planning.partition.shared_contact import hindrance
 from ..planning.planning import Plan
 from ..scene.scene import Scene
 from .rank_files import on_first
@@ -62,8 +61,7 @@ def _unshared(scene: Scene, planned: Plan, cuts: Sequence[np.ndarray]) -> list[s
     for domain, cut in zip(planned.domains, cuts, strict=True):
         touching = [body.label for body in domain.bodies if body.contact is not None]
         if touching and not shares_contact(domain, cut):
-            why = hindrance(scene, domain) or "contact cells that are too few or share no node with mass"
-            labels = ", ".join(touching)
+            labels, why = ", ".join(touching), kept_by(domain, scene)
             found.append(f"contact_ranks has no effect: the first rank has the whole contact of {labels}, due to {why}")
     return found
 

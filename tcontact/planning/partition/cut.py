@@ -83,7 +83,7 @@ def cut_cells(
     if patches:
         rank[contact] = graph.within(contact).cut(patches)
         if together is not None and len(together):
-            _lead(rank, together, patches)
+            patches = _lead(rank, together, patches)
         weight = np.ones(count)
         weight[contact] += extra
         _grow(graph, rank, weight, patches, mean if patches < ranks else np.inf)
@@ -130,13 +130,19 @@ def _check_room(count: int, ranks: int, together: IntArray | None, why: str) -> 
         raise InputError("ranks", ranks, f"{text}; start at most {others + 1} ranks, or refine the mesh")
 
 
-def _lead(rank: IntArray, together: IntArray, patches: int) -> None:
-    """Give the first rank the patch that has most of the cells `together` [c], and these cells, in place."""
+def _lead(rank: IntArray, together: IntArray, patches: int) -> int:
+    """Give the first rank the patch that has most of the cells `together` [c], and these cells, in place.
+
+    Returns the number of patches that still have cells, which are numbered anew.
+    """
     inside = rank[together][rank[together] >= 0]
     best = int(np.bincount(inside, minlength=patches).argmax())
     first, other = np.flatnonzero(rank == 0), np.flatnonzero(rank == best)
     rank[first], rank[other] = best, 0
     rank[together] = 0
+    left = np.unique(rank[rank >= 0])
+    rank[rank >= 0] = np.searchsorted(left, rank[rank >= 0])
+    return len(left)
 
 
 def _contact_cells(blocks: Blocks, node_count: int, contact_nodes: Sequence[int] | IntArray) -> IntArray:

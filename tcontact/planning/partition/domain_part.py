@@ -212,6 +212,17 @@ def shares_contact(domain: Domain, cut: np.ndarray) -> bool:
     return bool(cut[_cells_at(domain, [contact_in_meshes(domain)])].any())
 
 
+def kept_by(domain: Domain, scene: Scene) -> str:
+    """Return what keeps on one rank a contact that `cut_domain` has not shared, in words."""
+    found = hindrance(scene, domain)
+    if found:
+        return found
+    touching = _cells_at(domain, [contact_in_meshes(domain)])
+    if np.isin(touching, _acting_cells(domain, scene, False)).all():
+        return "what else acts on its contact nodes (springs, loads, point masses, supports)"
+    return "contact cells that are too few or share no node with mass"
+
+
 def cut_domain(domain: Domain, scene: Scene, ranks: int, contact: int | None = None) -> np.ndarray:
     """Return the rank [m] (int32) of every cell of the bodies of a domain, one body after the other.
 
