@@ -250,6 +250,33 @@ def test_a_scene_replaces_no_arrays_that_are_not_its_own(tmp_path):
     assert np.array_equal(tc.load_scene(tmp_path / "scene.toml")[0].bodies[0].mesh.nodes, shaken.nodes)
 
 
+def test_a_scene_that_cannot_be_written_leaves_the_one_before(tmp_path, monkeypatch):
+    """Text and arrays of the old file stay together, and no part of the new one; a symbolic link is followed."""
+    block, file, link = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2)), tmp_path / "scene.toml", tmp_path / "link.toml"
+    law, random = tc.NeoHookean(1e7, 0.3, 1e3), np.random.default_rng(0)
+    shaken = [tc.Mesh(block.nodes + 0.01 * random.random(block.nodes.shape), block.cells, "hex8") for _ in range(2)]
+    before, after = (tc.Scene([tc.Body(mesh, law)], duration=1e-5) for mesh in shaken)
+    tc.save_scene(before, file)
+    names, write = sorted(path.name for path in tmp_path.iterdir()), np.savez_compressed
+
+    def fail(stream, **arrays):
+        write(stream, **arrays)
+        raise OSError("No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(np, "savez_compressed", fail)
+        with pytest.raises(tc.InputError, match=r"cannot be written \(No space left"):
+            tc.save_scene(after, file)
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
+    assert np.array_equal(tc.load_scene(file)[0].bodies[0].mesh.nodes, shaken[0].nodes)
+    link.symlink_to(file)
+    tc.save_scene(tc.Scene([tc.Body(block, law)], duration=2e-5), link)
+    assert link.is_symlink()
+    assert tc.load_scene(file)[0].duration == 2e-5
+    with pytest.raises(tc.InputError, match="path = '/dev/null'"):
+        tc.save_scene(before, "/dev/null")
+
+
 def test_a_mark_of_the_byte_order_is_no_part_of_the_text(tmp_path):
     (tmp_path / "scene.toml").write_bytes(b"\xef\xbb\xbf" + GOOD.encode())
     assert tc.load_scene(tmp_path / "scene.toml")[0].duration == 1e-5

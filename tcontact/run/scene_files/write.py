@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 
 from ...base import validate
 from ...base.errors import InputError
+from ...device.atomic_file import refuse_special, replaced
 from ...friction_layer.metals import Metal
 from ...mesh.box import box_mesh
 from ...mesh.mesh import Mesh
@@ -49,6 +51,7 @@ def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
         raise InputError("path", str(file), "arrays of the scene have this name; give the name of a TOML file")
     if file.suffix.lower() in OTHER_FORMATS:
         raise InputError("path", str(file), "scenes are written as TOML; give the name of a TOML file")
+    refuse_special(file, "path")
     writer = Writer(file.with_suffix(".npz").name)
     data = writer.scene(scene, run)
     text = to_toml(data)
@@ -57,11 +60,12 @@ def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
         foreign = [] if file.exists() else [name for name in beside if file.with_name(name).exists()]
         if foreign:
             raise FileExistsError(f"{foreign[0]} is there already, which its arrays would replace")
-        if writer.arrays:
-            np.savez_compressed(file.with_suffix(".npz"), **writer.arrays)
-        for name, arrays in writer.meshes.items():
-            np.savez_compressed(file.with_name(name), **arrays)
-        file.write_text(text, encoding="utf-8")
+        own = {writer.beside: writer.arrays} if writer.arrays else {}
+        with ExitStack() as together:  # an error leaves all files as they were; the last one opened is replaced first
+            together.enter_context(replaced(Path(os.path.realpath(file)))).write_text(text, encoding="utf-8")
+            for name, arrays in (own | writer.meshes).items():
+                with together.enter_context(replaced(file.with_name(name))).open("wb") as stream:
+                    np.savez_compressed(stream, **arrays)
     except (OSError, ValueError) as error:
         raise InputError("path", str(file), f"cannot be written ({error}); name another file") from error
 

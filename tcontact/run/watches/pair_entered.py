@@ -26,7 +26,7 @@ TIED = 1e-9  # faces further away than the nearest one by so much of the distanc
 REMEDY = "name the faces that meet in Body.contact of both, or give contact='all', their whole surfaces"
 
 
-class Skin:
+class Touchable:
     """Which parts of the surface of a body can touch something.
 
     touching [m]: whether the triangles `Surface.closed` are of contact faces; loose [k]: whether surface nodes have a
@@ -50,7 +50,7 @@ class PairEntered:
     def __init__(self, run: Run, surfaces: Sequence[Surface]) -> None:
         self._surfaces = surfaces
         paired = {number for pair in run.scene.body_pairs for number in (pair.first, pair.second)}
-        self._skins = {number: Skin(run.scene.bodies[number], surfaces[number]) for number in paired}
+        self._touchable = {number: Touchable(run.scene.bodies[number], surfaces[number]) for number in paired}
         self._met: list[str] = []
         self._told: set[tuple[int, int]] = set()
 
@@ -88,7 +88,7 @@ class PairEntered:
     def _came(self, one: int, other: int, now: Sequence[np.ndarray], edge: float) -> np.ndarray | None:
         """Return a place [3] where a face of a body that is no contact face looks at the other one and is as near."""
         mine, corners = (now[number][self._surfaces[number].closed] for number in (one, other))
-        mine = mine[~self._skins[one].touching]
+        mine = mine[~self._touchable[one].touching]
         pairs, _ = near_boxes(mine, corners, DEEP * edge)
         normals, others = (unit(area_vectors(triangles)) for triangles in (mine, corners))
         first, second = pairs[np.einsum("ki,ki->k", normals[pairs[:, 0]], others[pairs[:, 1]]) < FACING].T
@@ -101,7 +101,7 @@ class PairEntered:
 
     def _deepest(self, one: int, other: int, now: Sequence[np.ndarray], edge: float) -> tuple[np.ndarray, float] | None:
         """Return position [3] and depth [m] of the deepest node that contact does not hold; edge [m]: to compare it."""
-        mine, theirs = self._skins[one], self._skins[other]
+        mine, theirs = self._touchable[one], self._touchable[other]
         if mine.touching.all() and theirs.touching.all():
             return None
         chosen = np.flatnonzero(within_slabs(now[one], now[other], DEEP * edge))
@@ -134,7 +134,7 @@ class PairEntered:
 
         own [m, 3, 3]: present triangles of the body; normals [p, 3], touching [p]: of these faces, any length.
         """
-        mine = self._skins[one]
+        mine = self._touchable[one]
         if not mine.loose[node]:
             return bool(touching.any())
         around = own[mine.touching & (self._surfaces[one].closed == node).any(axis=1)]
@@ -144,7 +144,7 @@ class PairEntered:
 
 
 def _may_be_free(
-    chosen: np.ndarray, mine: Skin, theirs: Skin, nodes: np.ndarray, corners: np.ndarray, reach: float
+    chosen: np.ndarray, mine: Touchable, theirs: Touchable, nodes: np.ndarray, corners: np.ndarray, reach: float
 ) -> np.ndarray:
     """Return those of the chosen nodes that have, or come within reach [m] of, a face that is no contact face."""
     loose = mine.loose[chosen]
