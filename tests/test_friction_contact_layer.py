@@ -286,6 +286,21 @@ def test_plastic_heat_is_that_of_the_row():
     assert more[-1] > 1e-4 * history["layer_heat"][-1]
 
 
+def test_a_contact_that_closes_again_knows_nothing_of_the_stress_before():
+    """A block that slides, lifts off and comes back has layers far too strong to flow, which have no error at all."""
+    body = tc.Body(
+        tc.box_mesh((0.1, 0.1, 0.05), (3, 3, 2)), tc.NeoHookean(1e6, 0.2, 1e3), velocity=(0.05, 0, 0), contact="zmin"
+    )
+    friction, contact = tc.FrictionLayer(coefficient=0.3), tc.MasslessContact("full")
+    scene = tc.Scene([body], [tc.Plane()], 0.02, gravity=(0, 0, -9.81), friction=friction, contact=contact)
+    result, kinds = warned(scene)
+    nodes = result.history["contact_nodes"]
+    assert (np.diff(nodes) < 0).any()  # they open
+    assert (np.diff(nodes) > 0).any()  # they close
+    assert result.history["layer_error"].max() < 1e-3
+    assert not kinds
+
+
 def test_friction_layers_that_are_not_accurate_are_named():
     """One layer step a mechanical one at 2 km/s is far off; as many as it takes are not."""
     scene = hot_slide.scene(cells=2, speed=2000.0, duration=3e-7)

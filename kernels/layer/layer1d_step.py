@@ -104,10 +104,12 @@ def make_layer_step(width: int, stride: int, sides: int, heating: bool, method: 
         if warm.max() > 0.0:
             mats = [eq.material(params, s, ti.max(pressing, zero)) for s in range(sides)]
             last = load(cells, cell + PRESSURE * stride, width)
-            change = load(cells, cell + CHANGE * stride, width)
             old = load(cells, cell + STRESS * stride, width)
             trial = load(cells, cell + TRIAL * stride, width)
             fresh = ti.select(last > 0.0, zero, pressed)
+            # how sig fell as the contact opened says nothing of the steps after it has closed
+            change = ti.select(fresh > 0.0, zero, load(cells, cell + CHANGE * stride, width))
+            before = ti.select(fresh > 0.0, zero, load(cells, cell + BEFORE * stride, width))
             # a layer that flows is at its limit already
             risen = ti.select(pressing > last, one, 1.0 - load(cells, cell + FLOWED * stride, width))
             restart = ti.max(fresh, pressed * reload * risen)
@@ -155,7 +157,7 @@ def make_layer_step(width: int, stride: int, sides: int, heating: bool, method: 
             total, shift = zero, zero
             if zone_end(reach * solving, 0, 1) > 0:
                 close = load(cells, cell + CLOSE * stride, width)
-                guess = old + 2.0 * change - load(cells, cell + BEFORE * stride, width)
+                guess = old + 2.0 * change - before
                 guess = ti.select(close < MELTING, melt * (1.0 - close), guess)
                 answer = solve(
                     nodes,

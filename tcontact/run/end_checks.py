@@ -192,7 +192,9 @@ def layer_warning(scene: Scene, history: dict[str, np.ndarray]) -> str | None:
     if history["layer_substeps"].max() >= model.substeps:
         remedy = f"give the layers more than substeps={model.substeps}, or use a smaller cfl or dt"
     else:
-        remedy = "use a smaller cfl or dt; removal='normal' solves the layers together with the motion"
+        remedy = "use a smaller cfl or dt"
+        if isinstance(scene.contact, MasslessContact) and scene.contact.removal != "normal":
+            remedy += "; removal='normal' solves the layers together with the motion"
     return (
         f"layer_error reached {error[row]:.2g} at t = {history['time'][row]:.6g} s,"
         f" {error[row] / model.tolerance:.2g} times FrictionLayer.tolerance = {model.tolerance:g}; {remedy}"
