@@ -71,6 +71,8 @@ def main(folder, mode, *names, arch="cpu"):
             result = tc.simulate(scene, out=own, contact_ranks=shared, **options)
         DomainState.advance = original
         if ranks.is_first_rank():
+            if mode == "resumed":
+                print(name, *result.warnings, sep="|")
             values = {"x": result.position, "v": result.velocity, "force": result.contact_node_force}
             for quantity, one in result.maxima.items():
                 values[f"maximum {quantity}"] = np.array([one.value, one.time, one.cell])

@@ -41,6 +41,7 @@ CHANGES = {
     (1, 2): SCENES if SLOW else ("normal", "sensed", "varied", "crossed", "hung", "scraped"),
     (2, 3): SCENES if SLOW else ("pair", "metal", "held", "varied", "squeezed"),
 }
+COUNTED = {1: "one process", 2: "2 ranks", 3: "3 ranks"}
 BOUND = 1e-11  # of the largest value
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
 BY_MPRGP = ("rubber",)  # rounding errors change the number of its products, not what they give
@@ -81,6 +82,8 @@ def test_a_run_goes_on_with_another_number_of_ranks(whole, stopped, tmp_path, be
     shutil.copytree(stopped[before], folder)
     done = on(after, folder, "resumed", *CHANGES[before, after])
     assert done.returncode == 0, done.stderr
+    told = f"the run was on {COUNTED[before]} and goes on with {COUNTED[after]}"
+    assert done.stdout.count(told) == len(CHANGES[before, after])  # every result has the warning
     for name in CHANGES[before, after]:
         one, two = (np.load(path / name / kind) for path, kind in ((whole, "whole.npz"), (folder, "resumed.npz")))
         assert str(np.load(folder / name / "signalled.npz")["reason"]) == "interrupted"

@@ -115,6 +115,13 @@ def test_an_error_in_a_script_is_told_once():
     assert "one rank in this version" in done.stderr
 
 
+def test_a_user_without_a_home_shares_a_contact_and_sees_what_the_script_prints(monkeypatch):
+    """The compiler aborts without a home; the first rank needs its laws before it computes, to plan for all."""
+    monkeypatch.delenv("HOME", raising=False)
+    done = mpiexec(2, "rank_bare_contact.py")
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "finished", "")
+
+
 def test_too_many_ranks_for_the_free_cells_are_refused():
     mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
     with pytest.raises(InputError, match="start at most 1 ranks"):

@@ -38,10 +38,6 @@ def load() -> ModuleType:
 
     Raises `ImportError` with the package to install when libX11 is absent (Taichi links it even without a screen).
     """
-    os.environ.setdefault("TI_LOG_LEVEL", "error")
-    os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
-    os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # it would ask a server, and write into the home folder
-    os.environ.setdefault("HOME", _home())  # without one Taichi aborts the process
     try:
         with quick_import(), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Taichi's own, which a program that makes errors of warnings would die of

@@ -53,7 +53,8 @@ OF_PART = ("team.", "parts.", "domains.", "limits.", "shape._rates.")  # what ev
 
 def other_ranks(before: int, now: int) -> str:
     """Return the warning that the last digits of a run will differ."""
-    return f"the run was on {before} ranks and goes on with {now}: it agrees to rounding, not bit for bit"
+    was, goes_on = ("one process" if count == 1 else f"{count} ranks" for count in (before, now))
+    return f"the run was on {was} and goes on with {goes_on}: it agrees to rounding, not bit for bit"
 
 
 def restore_parts(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Team | None) -> None:

@@ -346,7 +346,8 @@ def resume_on_ranks(
             on_all(team, lambda: _take_over(run, stored[0]))
         else:
             restore_parts(run, planned, stored, team)  # type: ignore[arg-type]
-            on_first(team, lambda: warnings.warn(other_ranks(before, team.size), RuntimeWarning, stacklevel=4))
+            run.warnings.append(text := other_ranks(before, team.size))
+            on_first(team, lambda: warnings.warn(text, RuntimeWarning, stacklevel=5))
         recorder = _recorder(team, folder, run, head["fields"], head["frames"])
         head |= {"versions": versions(), "ranks": team.size}
         if options is not None:

@@ -118,6 +118,7 @@ def resume(
         with store.taken_over(stored):
             if stored.ranks > 1:
                 restore_parts(run, planned, every, None)
+                run.warnings.append(other_ranks(stored.ranks, 1))
             else:
                 contents.restore(run, stored.found, stored.values)
         recorder = Recorder(path, scene, run.states, " + ".join(planned.terms), head["fields"], stored.head["frames"])
