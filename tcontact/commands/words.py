@@ -5,12 +5,29 @@ from __future__ import annotations
 import argparse
 import importlib
 import math
+import re
 import runpy
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
 T = TypeVar("T")
+NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)")  # how a number, or a list of them, begins that begins with a minus sign
+
+
+def joined(words: Sequence[str]) -> list[str]:
+    """Return the words of a command line, in which `--range -1,1` has become `--range=-1,1`.
+
+    argparse takes a word that begins with a minus sign for another option, unless it is a plain number.
+    """
+    found: list[str] = []
+    for word in words:
+        option = found[-1] if found and "--" not in found else ""
+        if NEGATIVE.match(word) and option.startswith("--") and "=" not in option:
+            found[-1] = f"{option}={word}"
+        else:
+            found.append(word)
+    return found
 
 
 def count(text: str) -> int:
