@@ -11,6 +11,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
+from ..device.atomic_file import lost_link
+
 T = TypeVar("T")
 NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)")  # how a number, or a list of them, begins that begins with a minus sign
 
@@ -48,7 +50,23 @@ def folder(text: str) -> Path:
     """Read the name of a folder."""
     if not text.strip():
         raise argparse.ArgumentTypeError(f"{text!r}: give the name of a folder, '.' for this one")
+    return _reachable(text, Path(text))
+
+
+def file(text: str) -> Path:
+    """Read the name of a file to write."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError(f"{text!r}: give the name of a file")
+    _reachable(text, Path(text).parent)
     return Path(text)
+
+
+def _reachable(text: str, place: Path) -> Path:
+    """Return a place after refusing one where no folder can be made, since a link to nothing stands there."""
+    remedy = lost_link(place)
+    if remedy is not None:
+        raise argparse.ArgumentTypeError(f"{text!r}: {remedy}")
+    return place
 
 
 def number(text: str) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base import stages, validate
 from ...base.errors import InputError
-from ...device.atomic_file import refuse_link, refuse_special
+from ...device.atomic_file import refuse_link, refuse_lost_link, refuse_special
 from ...results.files.vtkhdf import Frame, ResultData
 from .animation import animate, can_film, common_palette, film, why_no_film
 from .camera import Camera, Eye
@@ -66,6 +66,7 @@ def render_frames(
     """
     data = data if isinstance(data, ResultData) else ResultData.open(data)
     out = validate.path("out", out, "give the name of a folder")
+    refuse_lost_link(out)
     for name in ("animation.gif", "animation.mp4", "bodies.png", "contact-face.png"):
         refuse_special(out / name)
     if fps is not None:
@@ -198,6 +199,7 @@ def nearest(data: Any, time: float) -> int:
 def stored_picture(picture: Image.Image, path: Path | str) -> None:
     """Write a picture into a file. Raises `InputError` for a name or a place that cannot be written."""
     path = _picture_name(path)
+    refuse_lost_link(path.parent, "path")
     with written_to(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         save_picture(picture, path)
