@@ -263,6 +263,21 @@ def test_render_takes_its_options(cube, tmp_path, capsys):
     assert "--camera" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("camera", "up"), [("0,0,1", "0,1,0"), ("0,0,-1", "0,1,0"), ("-1,-2,1", "0,0,1")])
+def test_a_look_along_the_usual_upward_direction_has_another_one(camera, up, cube, tmp_path, capsys):
+    """A look from straight above, z towards the eye, has y upward; any other has z."""
+    pictures = []
+    for more in ([], ["--up", up]):
+        place = tmp_path / str(len(more))
+        wish = ["--size", "160x160", "--time", "1e-3", "--out", str(place), "--camera", camera, *more]
+        assert main(["render", str(cube[0]), *wish]) == 0
+        pictures += [path.read_bytes() for path in place.iterdir()]
+    assert pictures[0] == pictures[1]
+    for wrong, said in ((["0,0,1", "--up", "0,0,-2"], "--up = (0.0, 0.0, -2.0)"), (["0,0,0"], "--camera = (0.0")):
+        assert main(["render", str(cube[0]), "--out", str(tmp_path / "none"), "--camera", *wrong]) == 2
+        assert said in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("asked", "frame"), [("99", -1), ("-1", 0)])
 def test_a_picture_is_named_after_the_time_of_its_frame(asked, frame, cube, tmp_path):
     """Not after the time that was asked for, to which no frame belongs."""

@@ -13,7 +13,8 @@ import tcontact as tc
 from tcontact import cases
 from tcontact.cases import cube_impact
 from tcontact.commands import settings
-from tcontact.commands.cli import main
+from tcontact.commands.cli import main, parser
+from tcontact.commands.words import joined
 
 
 def test_list_names_every_case(capsys):
@@ -103,6 +104,12 @@ def test_list_verbose_explains_every_case_and_its_parameters(capsys):
         (["render", "nowhere", "--clip", "x=0"], "x>0.05"),
         (["render", "nowhere", "--camera", "1,2"], "give 3 numbers"),
         (["render", "nowhere", "--range", "low,high"], "give 2 numbers"),
+        (["render", "nowhere", "--range", "-1,1"], "no such file"),
+        (["render", "nowhere", "--camera", "-1,-2,1", "--up", "-.5,0,1", "--time", "-1e-3"], "no such file"),
+        (["render", "nowhere", "--camera", "-1,-2"], "--camera: give 3 numbers"),
+        (["render", "nowhere", "--fps", "-1e0"], "--fps: '-1e0': give numbers above 0"),
+        (["study", "bar-impact", "--steps", "-1,2"], "--steps: '-1': give numbers above 0"),
+        (["render", "nowhere", "--range", "--view"], "--range: expected one argument"),
         (["render", "nowhere", "--time", "0", "--mp4"], "--mp4 = True: --time draws one frame only"),
         (["render", "nowhere", "--time", "0", "--fps", "5"], "--fps = 5.0: --time draws one frame only"),
         (["render", "nowhere", "--time", "0", "--plots"], "--time = 0.0: --plots draws curves only"),
@@ -185,3 +192,22 @@ def test_python_m_is_the_command_line():
         [sys.executable, "-m", "tcontact", "list"], cwd=ROOT, capture_output=True, text=True, check=True
     )
     assert "cube-impact" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["render", "r", "--range", "-1,1", "--mp4"], ["render", "r", "--range=-1,1", "--mp4"]),
+        (["--camera", "-.5,0,1", "--time", "-1e-3"], ["--camera=-.5,0,1", "--time=-1e-3"]),
+        (["--scale", "-inf", "--scale=2", "-3"], ["--scale=-inf", "--scale=2", "-3"]),
+        (["--set", "speed=-3", "--view", "-x", "--", "-1"], ["--set", "speed=-3", "--view", "-x", "--", "-1"]),
+    ],
+)
+def test_numbers_with_a_minus_sign_belong_to_the_option_before_them(words, expected):
+    assert joined(words) == expected
+
+
+def test_a_range_and_a_camera_with_minus_signs_are_read():
+    words = joined(["render", "r", "--range", "-1,1", "--camera", "-1,-2,1", "--time", "-1e-3", "--scale", "-2"])
+    read = parser("render").parse_args(words)
+    assert (read.range, read.camera, read.time, read.scale) == ((-1.0, 1.0), (-1.0, -2.0, 1.0), -1e-3, -2.0)

@@ -94,6 +94,9 @@ def test_a_mesh_is_plotted_with_its_sets():
     assert mesh.plot(axes=axes) is axes
     with pytest.raises(tc.InputError, match="zmin"):
         mesh.plot("bottom")
+    for wrong in (3, mpl.pyplot.figure().add_subplot()):
+        with pytest.raises(tc.InputError, match=r"axes = .* in three dimensions"):
+            mesh.plot(axes=wrong)
     mpl.pyplot.close("all")
 
 

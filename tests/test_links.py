@@ -149,6 +149,28 @@ def test_folders_of_pictures_and_exports_that_are_links_are_refused(precious, tm
     assert main(["export", str(path), "--out", str(tmp_path / "export")]) == 0  # given by name, it is meant
 
 
+@pytest.mark.parametrize("below", ["", "deeper/down"])
+def test_a_folder_behind_a_link_to_nothing_is_refused_with_what_is_wrong(below, tmp_path, capsys):
+    path, link = written(tmp_path), tmp_path / "link"
+    link.symlink_to(tmp_path / "absent")
+    out = link / below
+    for call in (
+        lambda: tc.simulate(SCENES["full removal"](), FINE, out=out),
+        lambda: render.render_frames(path, out, size=(160, 160)),
+        lambda: render.render_picture(path, out / "one.png", size=(160, 160)),
+        lambda: export(path, out),
+    ):
+        with pytest.raises(tc.InputError, match="is a symbolic link that leads nowhere; make what it leads to"):
+            call()
+    for words in (["run", "cube-impact"], ["render", str(path)], ["export", str(path)], ["study", "bar-impact"]):
+        assert main([*words, "--out", str(out)]) == 2
+        assert "is a symbolic link that leads nowhere" in capsys.readouterr().err
+    assert main(["report", str(tmp_path), "--out", str(out / "page.html")]) == 2
+    assert "is a symbolic link that leads nowhere" in capsys.readouterr().err
+    assert link.is_symlink()
+    assert not (tmp_path / "absent").exists()
+
+
 def test_a_link_that_turns_up_while_a_file_is_written_stays_where_it_is(precious, tmp_path):
     """`replaced` renames over the link."""
     from tcontact.results.report import write_json

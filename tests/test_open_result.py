@@ -199,6 +199,8 @@ def test_a_quantity_is_plotted(end, run):
     assert len(drawn.lines) == 4
     with pytest.raises(tc.InputError, match="quantity"):
         outcome.plot("forse")
+    with pytest.raises(tc.InputError, match="axes = 3: give axes of matplotlib"):
+        outcome.plot("contact_force", axes=3)
     mpl.pyplot.close("all")
 
 

@@ -298,6 +298,20 @@ def test_a_result_file_with_too_few_frames_is_refused(stopped, tmp_path):
         tc.resume(place, physics, FINE)
 
 
+def stop(monkeypatch, command):
+    """Run a command in which Ctrl-C is pressed when its fourth frame is written."""
+    append = ResultFile.append
+
+    def pressed(self, moment, *fields):
+        if len(self) == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+        append(self, moment, *fields)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(ResultFile, "append", pressed)
+        assert main(command) == 1
+
+
 @pytest.mark.parametrize("what", ["case", "scene file"])
 def test_the_command_line_goes_on_where_ctrl_c_stopped(what, monkeypatch, tmp_path, capsys):
     command = ["run", "cube-impact", "--set", "cells=4", "--set", "yaw=10", "--set", "cfl=0.5", "--frames", "5"]
@@ -306,17 +320,8 @@ def test_the_command_line_goes_on_where_ctrl_c_stopped(what, monkeypatch, tmp_pa
         monkeypatch.chdir(tmp_path)
         command = ["run", "drop.toml", "--set", "cfl=0.4", "--frames", "5"]
     assert main([*command, "--out", str(tmp_path / "straight"), "--quiet"]) == 0
-    append = ResultFile.append
-
-    def pressed(self, moment, *fields):
-        if len(self) == 3:
-            os.kill(os.getpid(), signal.SIGINT)
-        append(self, moment, *fields)
-
     place = tmp_path / "stopped"
-    with monkeypatch.context() as patch:
-        patch.setattr(ResultFile, "append", pressed)
-        assert main([*command, "--out", str(place)]) == 1
+    stop(monkeypatch, [*command, "--out", str(place)])
     assert f"tcontact resume {place}" in capsys.readouterr().out
     assert main(["resume", str(place), "--quiet"]) == 0
     same_files(place, tmp_path / "straight")
@@ -327,6 +332,33 @@ def test_the_command_line_goes_on_where_ctrl_c_stopped(what, monkeypatch, tmp_pa
     assert frames[0] == frames[1]
     assert main(["resume", str(place)]) == 2
     assert "has ended" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("run", "resume", "expected"),
+    [
+        ({"threads": 2}, [], (2, "cpu")),
+        ({"threads": 2}, ["--threads", "3", "--arch", "cuda"], (3, "cuda")),
+        ({"threads": 2, "arch": "cuda"}, [], (2, "cpu")),
+        ({}, [], (None, "cpu")),
+    ],
+    ids=["file", "command line", "stored", "neither"],
+)
+def test_a_resumed_run_takes_the_options_of_its_scene_file(run, resume, expected, monkeypatch, tmp_path):
+    """As `tcontact run` does: the command line goes first; where the run computed, it goes on."""
+    file, place = tmp_path / "drop.toml", tmp_path / "stopped"
+    tc.save_scene(SCENES["full removal"](), file, **run)
+    stop(monkeypatch, ["run", str(file), "--arch", "cpu", "--frames", "5", "--out", str(place), "--quiet"])
+    taken = []
+
+    def note(*_given, threads, arch, **_options):
+        taken.append((threads, arch))
+        raise tc.InputError("resume", place, "noted")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(tc, "resume", note)
+        assert main(["resume", str(place), *resume, "--quiet"]) == 2
+    assert taken == [expected]
 
 
 def test_a_run_of_a_program_is_resumed_by_a_program(stopped, capsys):

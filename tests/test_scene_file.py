@@ -147,7 +147,8 @@ type = "Plane"
 """
 BAD = {
     "typo": ("young", "yuong", "did you mean 'young'"),
-    "key": ("duration", "span = 1\nduration", "unknown key"),
+    "key": ("duration", "span = 1\nduration", "span = 1: unknown key; known are "),
+    "near key": ("duration", "frictoin = 1\nduration", "unknown key; did you mean 'friction'? known are "),
     "law": ('"NeoHookean"', '"Rubber"', "NeoHookean"),
     "no type": ('type = "Plane"', "", "obstacles[0].type"),
     "no duration": ("duration = 1e-5", "", "duration"),
@@ -248,6 +249,25 @@ def test_a_scene_replaces_no_arrays_that_are_not_its_own(tmp_path):
     for _ in range(2):  # its own are replaced
         tc.save_scene(own, tmp_path / "scene.toml")
     assert np.array_equal(tc.load_scene(tmp_path / "scene.toml")[0].bodies[0].mesh.nodes, shaken.nodes)
+
+
+@pytest.mark.parametrize(("other", "name"), [("run.2", "run.1"), ("stem.toml", "stem.txt")])
+def test_a_scene_replaces_no_arrays_of_another_scene_of_its_stem(other, name, tmp_path):
+    """The file that is replaced must refer to the arrays; that it is there does not make them its own."""
+    block, law = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2)), tc.NeoHookean(1e7, 0.3, 1e3)
+
+    def scene(speed):
+        velocity = None if speed is None else np.full((block.node_count, 3), speed)
+        return tc.Scene([tc.Body(block, law, **({} if speed is None else {"velocity": velocity}))], duration=1e-5)
+
+    tc.save_scene(scene(None), tmp_path / name)
+    for speed in (1.0, 2.0):  # its own arrays are replaced
+        tc.save_scene(scene(speed), tmp_path / other)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(tc.InputError, match=r"\.npz is there already, .* remove it if no other scene needs it"):
+        tc.save_scene(scene(5.0), tmp_path / name)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert tc.load_scene(tmp_path / other)[0].bodies[0].initial_velocity[0, 0] == 2.0
 
 
 def test_a_scene_that_cannot_be_written_leaves_the_one_before(tmp_path, monkeypatch):

@@ -22,6 +22,7 @@ from ..device.last_words import told
 from ..run.interrupts import Terminated, terminations
 from .streams import safe_output
 from .ticker import ticking
+from .words import joined
 
 TICKING = ("run", "resume", "render", "report")  # commands that tell what they are doing
 ALONE = ("list", "info", "render", "report", "export")  # commands that the first of several ranks does alone
@@ -93,8 +94,8 @@ def _leave() -> None:
 def _run(argv: Sequence[str] | None) -> int:
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it warns of a home folder that takes no files
     try:
-        words = sys.argv[1:] if argv is None else argv
-        arguments = parser(words[0] if words and words[0] in COMMANDS else None).parse_args(argv)
+        words = joined(sys.argv[1:] if argv is None else argv)
+        arguments = parser(words[0] if words and words[0] in COMMANDS else None).parse_args(words)
     except SystemExit as stop:  # argparse: 0 for --help, 2 for bad usage
         return int(stop.code or 0)
     except KeyboardInterrupt as stop:  # while what the command needs is imported

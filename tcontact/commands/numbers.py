@@ -35,7 +35,11 @@ def add(subparsers: Any) -> None:
     parser.add_argument("--write", action="store_true", help="replace tables and pictures in the documents")
     parser.add_argument("--docs", metavar="DIR", type=Path, help="folder of README.md and docs/ (.)")
     parser.add_argument(
-        "--out", metavar="DIR", type=Path, default=Path("runs/numbers"), help="folder of the runs (runs/numbers)"
+        "--out",
+        metavar="DIR",
+        type=words.folder,
+        default=Path("runs/numbers"),
+        help="folder of the runs (runs/numbers)",
     )
     parser.set_defaults(run=run)
 

@@ -7,7 +7,7 @@ this stands in checkpoints and in summary.json, and is enough to make the scene 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,10 @@ REMEDY = "it names no case, settings and label as `tcontact run` writes them; ca
 
 @dataclass(frozen=True)
 class Rebuilt:
-    """What `tcontact run` ran, made again: title of the run, its case, its parameters, scene and scheme."""
+    """What `tcontact run` ran, made again: title of the run, its case, its parameters, scene and scheme.
+
+    options: the other ones of `simulate` that a scene file gives; a case gives none.
+    """
 
     title: str
     case: Any
@@ -30,6 +33,7 @@ class Rebuilt:
     scene: Any
     scheme: Any
     source: str  # case or scene file
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     def check_same(self, summary: Mapping[str, Any], data: Any) -> None:
         """Raise `NotStored` if the case or scene file makes another scene by now than the run of this result had."""
@@ -62,9 +66,10 @@ def rebuilt(origin: Mapping[str, Any], folder: Path) -> Rebuilt:
     """Make the scene again. Raises `InputError` if its case, scene file or settings are no longer there."""
     name, label = origin["case"], origin["label"]
     if is_scene(name):
-        scene, scheme, _, given = read_scene(Path(name), origin["set"])
+        scene, scheme, options, given = read_scene(Path(name), origin["set"])
         parameters = {"scene": origin.get("scene", name)} | given
-        return Rebuilt(Path(name).stem, without_checks(), parameters, scene, scheme, origin.get("scene", name))
+        source = origin.get("scene", name)
+        return Rebuilt(Path(name).stem, without_checks(), parameters, scene, scheme, source, options)
     case = cases.load(name)
     wanted = settings.read(name, case, origin["set"])
     if label:

@@ -35,7 +35,7 @@ def add(subparsers: Any) -> None:
     parser.add_argument("--size", metavar="WxH", type=_size, help="size of a picture in pixels, for example 960x720")
     parser.add_argument("--view", choices=("above", "below"), help="look from above the obstacle or through it")
     parser.add_argument("--camera", metavar="X,Y,Z", type=_vector, help="direction from the body to the eye")
-    parser.add_argument("--up", metavar="X,Y,Z", type=_vector, help="upward on the picture, with --camera (0,0,1)")
+    parser.add_argument("--up", metavar="X,Y,Z", type=_vector, help="upward on the picture, with --camera (default: z)")
     parser.add_argument("--scale", metavar="N", type=words.number, help="factor on deformations (default: 1)")
     parser.add_argument(
         "--clip", metavar="'x>0.05'", type=_clip, action="append", help="leave such cells away; twice: a quarter"
@@ -74,7 +74,11 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.scale is not None:
         options["deformation_scale"] = arguments.scale
     if arguments.camera is not None:
-        options["camera"] = Camera(arguments.camera, arguments.up or (0.0, 0.0, 1.0))
+        try:
+            options["camera"] = Camera(arguments.camera, arguments.up)
+        except InputError as error:
+            option = "--up" if error.field == "Camera.up" else "--camera"
+            raise InputError(option, error.value, error.remedy) from error
     elif arguments.up is not None:
         raise InputError("--up", arguments.up, "give --camera too")
     if arguments.time is not None:

@@ -21,7 +21,7 @@ def add(subparsers: Any) -> None:
         " side, or of a study: how it ended, checks, curves to zoom, the film, the surface to turn.",
     )
     parser.add_argument("folders", metavar="DIR", nargs="+", type=Path, help="folder of a run, comparison or study")
-    parser.add_argument("--out", metavar="FILE", type=words.folder, help="page to write (default: DIR/report.html)")
+    parser.add_argument("--out", metavar="FILE", type=words.file, help="page to write (default: DIR/report.html)")
     parser.add_argument("--open", action="store_true", help="show the page in the browser")
     parser.set_defaults(run=run)
 

@@ -22,10 +22,11 @@ def add(subparsers: Any) -> None:
         " pictures were drawn gets them.",
     )
     parser.add_argument("folder", metavar="DIR", type=Path, help="the folder of the run")
-    options.add(parser, "--arch", default="cpu")
+    options.add(parser, "--arch", help="where to compute (default: where the run did)")
     between = "wall time between further checkpoints, 0 = only when it is stopped again (default: 60)"
     options.add(parser, "--checkpoint", help=between)
-    options.add(parser, "--threads", "--quiet", "--import")
+    options.add(parser, "--threads", help="CPU threads (default: those of the scene file, else all cores)")
+    options.add(parser, "--quiet", "--import")
     parser.set_defaults(run=run)
 
 
@@ -48,8 +49,8 @@ def run(arguments: argparse.Namespace) -> int:
             folder,
             found.scene,
             scheme=found.scheme,
-            threads=arguments.threads,
-            arch=arguments.arch,
+            threads=found.options.get("threads") if arguments.threads is None else arguments.threads,
+            arch=arguments.arch or stored.head.get("arch", "cpu"),
             progress=not arguments.quiet,
             checkpoint=arguments.checkpoint or None,
         )

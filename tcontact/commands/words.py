@@ -5,12 +5,31 @@ from __future__ import annotations
 import argparse
 import importlib
 import math
+import re
 import runpy
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
+from ..device.atomic_file import lost_link
+
 T = TypeVar("T")
+NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)")  # how a number, or a list of them, begins that begins with a minus sign
+
+
+def joined(words: Sequence[str]) -> list[str]:
+    """Return the words of a command line, in which `--range -1,1` has become `--range=-1,1`.
+
+    argparse takes a word that begins with a minus sign for another option, unless it is a plain number.
+    """
+    found: list[str] = []
+    for word in words:
+        option = found[-1] if found and "--" not in found else ""
+        if NEGATIVE.match(word) and option.startswith("--") and "=" not in option:
+            found[-1] = f"{option}={word}"
+        else:
+            found.append(word)
+    return found
 
 
 def count(text: str) -> int:
@@ -31,7 +50,23 @@ def folder(text: str) -> Path:
     """Read the name of a folder."""
     if not text.strip():
         raise argparse.ArgumentTypeError(f"{text!r}: give the name of a folder, '.' for this one")
+    return _reachable(text, Path(text))
+
+
+def file(text: str) -> Path:
+    """Read the name of a file to write."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError(f"{text!r}: give the name of a file")
+    _reachable(text, Path(text).parent)
     return Path(text)
+
+
+def _reachable(text: str, place: Path) -> Path:
+    """Return a place after refusing one where no folder can be made, since a link to nothing stands there."""
+    remedy = lost_link(place)
+    if remedy is not None:
+        raise argparse.ArgumentTypeError(f"{text!r}: {remedy}")
+    return place
 
 
 def number(text: str) -> float:

@@ -297,6 +297,22 @@ def refuse_link(folder: Path) -> None:
         raise InputError("out", str(folder), remedy)
 
 
+def lost_link(place: Path) -> str | None:
+    """Return why no folder can be made at a place: it, or a folder above it, is a link to nothing; None if none is."""
+    for path in (place, *place.parents):
+        if os.path.islink(path) and not os.path.exists(path):  # pathlib raises errors
+            of_it = "" if path == place else f"{str(path)!r} "
+            return f"{of_it}is a symbolic link that leads nowhere; make what it leads to, or name another place"
+    return None
+
+
+def refuse_lost_link(place: Path, field: str = "out") -> None:
+    """Raise `InputError` for the place of a folder that is, or lies behind, a symbolic link to nothing."""
+    remedy = lost_link(place)
+    if remedy is not None:
+        raise InputError(field, str(place), remedy)
+
+
 def refuse_special(path: Path, field: str = "out") -> None:
     """Raise `InputError` if a device, a pipe or a socket is where a file is to be written, or if a link leads to one.
 

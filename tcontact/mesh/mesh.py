@@ -103,7 +103,7 @@ class Mesh:
         """Draw the boundary with matplotlib; return the axes, in three dimensions.
 
         sets: names of sets whose faces have a colour and a place in the legend; axes: those to draw on, with the
-        projection "3d", None = new ones. Raises `InputError` for an unknown set.
+        projection "3d", None = new ones. Raises `InputError` for an unknown set and for axes of another kind.
         """
         return self.views.plot_mesh(self, (sets,) if isinstance(sets, str) else tuple(sets), axes)
 

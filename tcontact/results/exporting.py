@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..base import validate
 from ..base.errors import InputError
-from ..device.atomic_file import refuse_special
+from ..device.atomic_file import refuse_lost_link, refuse_special
 from .files.vtkhdf import Frame, ResultData
 from .files.vtu_file import VtuWriter, write_collection
 from .files.xdmf_file import write_series
@@ -37,6 +37,7 @@ def export(
     if len(data) == 0:
         raise InputError("data", str(data.path), "the file holds no frames; run again with frames > 0")
     out = validate.path("out", out, "give the name of a folder")
+    refuse_lost_link(out)
     for name in ("series.xdmf", "series.h5") if format == "xdmf" else ("series.pvd",):
         refuse_special(out / name)
     try:

@@ -67,7 +67,7 @@ class Outcome:
 
         quantity: "contact_force" (a curve for each of several obstacles and pairs), "energy" (all energies and their
         sum), "gap" or any column of the history, a vector as three curves; axes: those to draw on, None = new ones.
-        Raises `InputError` for an unknown quantity.
+        Raises `InputError` for an unknown quantity and for axes that are none of matplotlib.
         """
         drawn: Axes = self.views.plot(self, quantity, axes)
         return drawn

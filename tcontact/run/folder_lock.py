@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..base.errors import InputError
+from ..device.atomic_file import refuse_lost_link
 
 try:
     import fcntl
@@ -44,6 +45,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 def make_folder(folder: Path) -> None:
     """Make a folder where it is not there. Raises `InputError` if it cannot be made."""
+    refuse_lost_link(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -34,15 +34,22 @@ def end_of(result: Result) -> EndState:
 
 
 def plot(result: Outcome, quantity: str, axes: Axes | None) -> Axes:
-    """Draw a quantity of the history on axes, None = new ones; return them. Raises `InputError` for an unknown one."""
+    """Draw a quantity of the history on axes, None = new ones; return them.
+
+    Raises `InputError` for an unknown quantity and for what is no axes.
+    """
     history = result.history
     shown = [name for name in history if name != "time"]
     validate.choice("quantity", quantity, (*OWN, *(name for name in shown if name not in OWN)))
+    import_matplotlib()
     if axes is None:
-        import_matplotlib()
         from matplotlib import pyplot
 
         _, axes = pyplot.subplots(layout="constrained")
+    else:
+        from matplotlib.axes import Axes
+
+        _refuse_other(axes, Axes, "give axes of matplotlib, such as matplotlib.pyplot.gca()")
     if quantity == "contact_force":
         frames = result.frames
         plots.draw_force(axes, history, normals_of(frames.attributes), size=length_of(frames.points))
@@ -69,7 +76,7 @@ def render(
 
     for name in options:
         if name not in OPTIONS:
-            remedy = f"render() has no such option; {hint(name, OPTIONS)}Use one of {', '.join(OPTIONS)}"
+            remedy = f"render() has no such option; {hint(name, OPTIONS)}use one of {', '.join(OPTIONS)}"
             raise InputError(name, options[name], remedy)
     frames = result.frames
     field = usual_field(frames, "von_mises") if field is None else field
@@ -80,15 +87,22 @@ def render(
 
 
 def plot_mesh(mesh: Mesh, sets: tuple[str, ...], axes: Any) -> Any:
-    """Draw the boundary of a mesh on axes in three dimensions, None = new ones; return them."""
+    """Draw the boundary of a mesh on axes in three dimensions, None = new ones; return them.
+
+    Raises `InputError` for an unknown set and for what is no such axes.
+    """
     import_matplotlib()
     from matplotlib import pyplot
     from matplotlib.patches import Patch
+    from mpl_toolkits.mplot3d import Axes3D
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     chosen = {name: mesh.faces_of(name) for name in sets}  # refuses an unknown one before anything is drawn
     if axes is None:
         axes = pyplot.figure(layout="constrained").add_subplot(projection="3d")
+    else:
+        remedy = 'give axes of matplotlib in three dimensions, such as pyplot.figure().add_subplot(projection="3d")'
+        _refuse_other(axes, Axes3D, remedy)
     shown = {"": mesh.boundary_faces(), **chosen}
     colours = ("#c9d4e3", plots.BLUE, plots.ORANGE, plots.GREEN, plots.RED, plots.PURPLE, plots.BROWN)
     for number, faces in enumerate(shown.values()):
@@ -102,6 +116,12 @@ def plot_mesh(mesh: Mesh, sets: tuple[str, ...], axes: Any) -> Any:
     if sets:
         axes.legend(handles=[Patch(color=colours[1 + k % 6], label=name) for k, name in enumerate(sets)], loc="best")
     return axes
+
+
+def _refuse_other(axes: Any, kind: type, remedy: str) -> None:
+    """Raise `InputError` for what is no axes of this kind."""
+    if not isinstance(axes, kind):
+        raise InputError("axes", axes, remedy)
 
 
 def mesh_picture(mesh: Mesh) -> bytes:

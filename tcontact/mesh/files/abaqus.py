@@ -118,7 +118,10 @@ def _add_node_sets(
             content.node_sets[names[key]] = place.of(ids, f"node set {assembly.spelling[key]!r}")
         elif key in names:
             warn(f"node set {names[key]!r} is left out: it is empty", MeshWarning)
-    of_nodes = {name: place.of(own.nodes, f"surface {name!r}") for name, own in surfaces if own.nodes is not None}
+    of_nodes: dict[str, IntArray] = {}
+    for name, own in surfaces:
+        if own.nodes is not None:  # a name that is given again adds to what it has
+            of_nodes[name] = joined([of_nodes.get(name, own.nodes[:0]), place.of(own.nodes, f"surface {name!r}")])
     for name, rows in of_nodes.items():
         if name not in taken:
             content.node_sets[name] = rows

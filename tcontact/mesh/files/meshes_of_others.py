@@ -68,11 +68,12 @@ def _block(kind: int, rows: np.ndarray) -> SimpleNamespace:
 def _add_sets(content: FileMesh, mesh: Any) -> None:
     """Take over point sets, cell sets by the dimension of their cells, and regions by whole numbers of the cells.
 
-    The nodes of cells of other dimensions make a node set where no point set has the name.
+    The nodes of cells of other dimensions make a node set where no point set has the name, whole numbers of the cells a
+    cell set where no cell set has it.
     """
     for name, ids in mesh.point_sets.items():
         content.node_sets[name] = checked_members(f"point_sets[{name!r}]", ids, len(content.points), "nodes")
-    content.cell_sets = region_sets(mesh)
+    content.cell_sets = {name: parts for name, parts in region_sets(mesh).items() if name not in mesh.cell_sets}
     for name, members in mesh.cell_sets.items():
         if name == NO_SET:
             continue

@@ -54,7 +54,7 @@ def read_gmsh(path: Path) -> FileMesh:
     Groups of dimension 2 become face sets, all others sets of their nodes, those of dimension 3 also cell sets. A group
     without a name is called PhysicalSurface9 and the like. Of an entity in several groups meshio keeps every named one
     but only the first unnamed one (4.1; none if some entities have no group at all). Version 2.2 writes such a cell
-    once for each group; the doubles are dropped.
+    once for each group; the doubles are dropped. Groups of one dimension and one name are one set.
     """
     mesh = read_file(path, "gmsh")
     blocks = typed_blocks(mesh)
@@ -65,14 +65,16 @@ def read_gmsh(path: Path) -> FileMesh:
     for k, (cell_type, rows) in enumerate(blocks):
         dimension = DIMENSION.get(cell_type, -1)
         tags = np.asarray(mesh.cell_data["gmsh:physical"][k]) if "gmsh:physical" in mesh.cell_data else np.zeros(0, int)
-        members = {}
+        members: dict[str, list[IntArray]] = {}
         for tag in np.unique(tags[tags != 0]).tolist():
             name = names.get((dimension, abs(tag))) or f"{_UNNAMED[dimension]}{abs(tag)}"
-            members[name] = np.flatnonzero(tags == tag)
-        for name, sets in mesh.cell_sets.items():
-            if name in mesh.field_data and mesh.field_data[name][1] == dimension and len(sets[k]):
-                members[name] = np.asarray(sets[k], dtype=np.int64)
-        for name, cells in members.items():
+            members.setdefault(name, []).append(np.flatnonzero(tags == tag))
+        for group, sets in mesh.cell_sets.items():
+            if group in mesh.field_data and group[0] == dimension and len(sets[k]):
+                name = names.get((dimension, abs(group[1]))) or f"{_UNNAMED[dimension]}{abs(group[1])}"
+                members.setdefault(name, []).append(np.asarray(sets[k], dtype=np.int64))
+        for name, parts in members.items():
+            cells = np.unique(np.concatenate(parts))  # several groups may have one name
             if dimension == 2:
                 content.face_sets.setdefault(name, []).append(rows[cells])
             else:
@@ -87,7 +89,7 @@ def read_gmsh(path: Path) -> FileMesh:
         first = 0
         for k, (other, own) in enumerate(blocks):
             if other == cell_type:
-                for name in (name for name, parts in regions.items() if k in parts):
+                for name in (name for name, places in regions.items() if k in places):
                     known = content.cell_sets.setdefault(name, {}).get(number, np.zeros(0, dtype=np.int64))
                     content.cell_sets[name][number] = np.union1d(known, place[first + regions[name][k]])
                 first += len(own)
@@ -106,6 +108,7 @@ def read_file(path: Path, file_format: str) -> Any:
             stack.enter_context(context)
         stack.enter_context(guarded(path))
         stack.enter_context(mock.patch.dict("meshio._mesh.topological_dimension", DIMENSION))  # its own lacks wedge15
+        stack.enter_context(mock.patch("meshio.gmsh._gmsh41._read_physical_names", _read_groups))
         warnings.simplefilter("ignore")
         try:
             mesh = meshio.read(path, file_format)
@@ -153,11 +156,26 @@ def typed_blocks(mesh: Any) -> list[tuple[str, IntArray]]:
     ]
 
 
+def _read_groups(stream: Any, groups: dict[tuple[int, int], IntArray]) -> None:
+    """Read the named groups by dimension and tag in place of meshio's function, which keeps one group of a name.
+
+    A group that an entity belongs to turned round has its tag with a minus sign there.
+    """
+    from meshio.gmsh.common import _fast_forward_to_end_block
+
+    for _ in range(int(stream.readline().decode())):
+        dimension, tag = (int(word) for word in stream.readline().split(maxsplit=2)[:2])
+        for turned in (tag, -tag):
+            groups[dimension, turned] = np.array([turned, dimension])
+    _fast_forward_to_end_block(stream, "PhysicalNames")
+
+
 def _physical_names(path: Path) -> dict[tuple[int, int], str]:
-    """Return (dimension, tag) -> name. meshio's own table loses a name that two dimensions share."""
+    """Return (dimension, tag) -> name, which stands in quotes in most files."""
     section = re.search(rb"\$PhysicalNames\s(.*?)\$EndPhysicalNames", path.read_bytes(), re.DOTALL)
     text = section.group(1).decode(errors="replace") if section else ""
-    return {(int(d), int(tag)): name for d, tag, name in re.findall(r'(?m)^\s*(\d)\s+(\d+)\s+"(.*)"\s*$', text)}
+    rows = re.findall(r'(?m)^[ \t]*(\d)[ \t]+(\d+)[ \t]+"?(.*?)"?\s*$', text)
+    return {(int(dimension), int(tag)): name for dimension, tag, name in rows}
 
 
 def _without_doubles(blocks: list[tuple[str, IntArray]], cell_type: str) -> tuple[IntArray, IntArray]:

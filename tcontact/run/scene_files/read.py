@@ -74,6 +74,20 @@ def _toml(file: Path) -> dict[str, Any]:
         raise InputError("path", str(file), f"is no valid TOML ({error})") from error
 
 
+def files_named(file: Path) -> set[Path]:
+    """Return the names of the files that a scene file refers to; none for a file that is missing or no TOML."""
+
+    def within(value: Any) -> set[Path]:
+        inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+        own = {Path(value["file"])} if isinstance(value, dict) and isinstance(value.get("file"), str) else set()
+        return own.union(*(within(one) for one in inner))
+
+    try:
+        return within(_toml(file))
+    except InputError:
+        return set()
+
+
 class Reader:
     """Builds the objects of a scene file; folder: folder of the files that it names."""
 
@@ -328,4 +342,4 @@ def check_keys(place: str, data: dict[str, Any], known: Iterable[str]) -> None:
     for key in data:
         if key not in words:
             where = f"{place}.{key}" if place else key
-            raise InputError(where, data[key], f"unknown key; {hint(key, words)}Known are {', '.join(words)}")
+            raise InputError(where, data[key], f"unknown key; {hint(key, words)}known are {', '.join(words)}")

@@ -26,6 +26,7 @@ from ...scene.scene import Scene
 from ...scene.springs import PointMass, Spring
 from ...scene.supports import Support
 from .classes import METALS, NESTED, RUN, SCENE_PARTS, word_of
+from .read import files_named
 from .toml import to_toml
 
 UNWRITABLE = "a function of time has no plain data"
@@ -39,8 +40,8 @@ def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
     path: the TOML file; long arrays go to NAME.npz beside it (boxes of `box_mesh` are written as such).
     Velocities and displacements given as functions are written as arrays. Raises `InputError` for motions of obstacles
     and supports, loads and gravity that are functions of time, which have no plain data, for a name that ends like that
-    of another format, and for a file that cannot be written, or beside which another .npz file has the name of its
-    arrays.
+    of another format, and for a file that cannot be written, or beside which an .npz file that it does not refer to has
+    the name of its arrays.
     """
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
@@ -57,9 +58,11 @@ def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
     text = to_toml(data)
     beside = [*([writer.beside] if writer.arrays else []), *writer.meshes]
     try:
-        foreign = [] if file.exists() else [name for name in beside if file.with_name(name).exists()]
+        own_files = files_named(file)  # of the scene that is replaced
+        foreign = [name for name in beside if Path(name) not in own_files and file.with_name(name).exists()]
         if foreign:
-            raise FileExistsError(f"{foreign[0]} is there already, which its arrays would replace")
+            unless = "remove it if no other scene needs it"
+            raise FileExistsError(f"{foreign[0]} is there already, which its arrays would replace: {unless}")
         own = {writer.beside: writer.arrays} if writer.arrays else {}
         with ExitStack() as together:  # an error leaves all files as they were; the last one opened is replaced first
             together.enter_context(replaced(Path(os.path.realpath(file)))).write_text(text, encoding="utf-8")

@@ -22,16 +22,20 @@ PARALLEL = 1e-9  # sine of the angle below which two directions count as one
 class Camera:
     """The view of a picture: `direction` points from the body to the eye, `up` is upward on the picture (any length).
 
-    The distance follows from what must be visible. Raises `InputError` for directions that are zero or parallel.
+    up: None = z, or y for a look along z. The distance follows from what must be visible. Raises `InputError` for
+    directions that are zero or parallel.
     """
 
     direction: tuple[float, float, float]
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    up: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
         remedy = "give three finite numbers that are not all zero"
-        ways = [unit_of(f"Camera.{name}", getattr(self, name), remedy) for name in ("direction", "up")]
-        if np.linalg.norm(np.cross(ways[0], ways[1])) < PARALLEL:
+        back = unit_of("Camera.direction", self.direction, remedy)
+        if self.up is None:
+            along = np.hypot(back[0], back[1]) < PARALLEL
+            object.__setattr__(self, "up", (0.0, 1.0, 0.0) if along else (0.0, 0.0, 1.0))
+        elif np.linalg.norm(np.cross(back, unit_of("Camera.up", self.up, remedy))) < PARALLEL:
             raise InputError("Camera.up", self.up, f"must not be parallel to the direction {self.direction}")
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base import stages, validate
 from ...base.errors import InputError
-from ...device.atomic_file import refuse_link, refuse_special
+from ...device.atomic_file import refuse_link, refuse_lost_link, refuse_special
 from ...results.files.vtkhdf import Frame, ResultData
 from .animation import animate, can_film, common_palette, film, why_no_film
 from .camera import Camera, Eye
@@ -24,6 +24,7 @@ from .surface import Clip
 if TYPE_CHECKING:
     from PIL import Image
 
+BESIDE = ("animation.gif", "animation.mp4", "bodies.png", "contact-face.png")  # files of a series beside its frames
 SIZE = "give width and height in pixels, 160 to 8192"
 
 
@@ -49,7 +50,9 @@ def render_frames(
     `out`/frames/frame-0000.png ..., animation.gif, animation.mp4 (see video) and, where bodies touched an obstacle,
     contact-face.png: the contact pressure seen from below in the frame with the largest contact force (of one of
     several obstacles or pairs; its caption has force and time); with several bodies also bodies.png, the first frame
-    with a colour for each body.
+    with a colour for each body. Those of an earlier series in `out` that this one has not are removed, in the folder of
+    the run itself but the ones that these options leave out: the contact face with `clip`, bodies.png with the field
+    "body", the animation without `animation`.
 
     field: any field of the file, vectors by their length, cell values one colour a face, None = the contact pressure,
     in a file without it the von Mises stress or the first field; "body", in a file of several ones: a colour for each
@@ -66,7 +69,8 @@ def render_frames(
     """
     data = data if isinstance(data, ResultData) else ResultData.open(data)
     out = validate.path("out", out, "give the name of a folder")
-    for name in ("animation.gif", "animation.mp4", "bodies.png", "contact-face.png"):
+    refuse_lost_link(out)
+    for name in BESIDE:
         refuse_special(out / name)
     if fps is not None:
         fps = validate.number("fps", fps, low=0.01, high=1000.0, strict=False)
@@ -79,16 +83,29 @@ def render_frames(
         stages.say("drawing")
         eye = _eye(studio, view, camera)
         filmed = animation and (can_film() if video is None else video)
+        earlier = any((out / "frames").glob("frame-[0-9]*.png"))
         with written_to(out):
             written = _written(studio, field, limits, eye, out, fps, animation, filmed)
             if studio.names and field != "body":
                 path = out / "bodies.png"
                 save_picture(studio.picture(studio.frame(0), "body", studio.limits("body"), eye), path)
                 written.append(path)
-            if clip:
-                return written  # an opened body has no whole contact face
-            known = limits if field == "contact_pressure" else None
-            return written + studio.contact_face(out / "contact-face.png", known)
+            if not clip:  # an opened body has no whole contact face
+                known = limits if field == "contact_pressure" else None
+                written += studio.contact_face(out / "contact-face.png", known)
+            if earlier:
+                of_this_run = out.resolve() == data.path.resolve().parent
+                left_out = (not animation, not animation, field == "body", bool(clip))
+                kept = [name for name, unasked in zip(BESIDE, left_out, strict=True) if of_this_run and unasked]
+                _remove_stale(out, {path.name for path in written}.union(kept))
+    return written
+
+
+def _remove_stale(out: Path, kept: set[str]) -> None:
+    """Remove the files of an earlier series that are not to be kept, such as the contact face of another run."""
+    for path in (out / name for name in BESIDE if name not in kept):
+        if path.is_symlink() or path.is_file():
+            path.unlink()
 
 
 def _written(
@@ -198,6 +215,7 @@ def nearest(data: Any, time: float) -> int:
 def stored_picture(picture: Image.Image, path: Path | str) -> None:
     """Write a picture into a file. Raises `InputError` for a name or a place that cannot be written."""
     path = _picture_name(path)
+    refuse_lost_link(path.parent, "path")
     with written_to(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         save_picture(picture, path)
