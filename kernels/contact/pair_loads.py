@@ -25,7 +25,9 @@ def count_pairs(coupling: ti.template(), contact: ti.template(), rows: ti.templa
 
 @ti.func
 def count_rows(coupling: ti.template(), contact: ti.template(), rows: ti.template()):
-    """Count the rows of every pair by one thread."""
+    """Count the rows of every pair by one thread; the forces on masters that are no contact nodes start from 0."""
+    for place in range(3 * node_count(contact), contact.force.shape[0]):
+        contact.force[place] = 0.0
     pairs = coupling.lists[PAIRS]
     start = contact.sums.shape[0] - pairs * PAIR_LOADS
     for p in range(pairs):
@@ -86,7 +88,7 @@ def press_masters_of_rows(
             m, side = entry(coupling, MASTERS, i), entry(coupling, SIDES, i)
             part = weight(coupling, i) * force
             on_masters += share * part
-            if m < node_count(contact):
+            if m < contact.force.shape[0] // 3:  # held ones are no contact nodes
                 for j in ti.static(range(3)):
                     contact.force[3 * m + j] = contact.force[3 * m + j] - part[j]
             at = start + (side >> 1) * PAIR_LOADS

@@ -9,7 +9,7 @@ import numpy as np
 from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..kernels.lanes import MAXIMUM_SLOTS
-from ..planning.body_plan import BodyPlan, ContactPlan
+from ..planning.body_plan import BodyPlan, ContactPlan, held_nodes
 from ..planning.domain import Domain
 from ..planning.islands import island_starts, islands_of, nodes_without_rows
 from ..scene.contact_models import PenaltyContact
@@ -32,7 +32,7 @@ class ContactTerm:
     `kernel`: its name in kernels/step/serial_step.py. nodes [k + m]: the contact nodes, then the `others` of every
     island, those without rows; reference [k + m, 3] [m]: their positions at rest, relative to the mean of those of the
     domain; starts [islands + 1, ISLAND]: where the parts of every island begin (kernels/contact/islands.py); candidates
-    [k, slots]: obstacle of each row; contact_force [k, 3] [N].
+    [k, slots]: obstacle of each row; contact_force [k, 3] [N], with held masters of pairs [s, 3] of all boundary nodes.
     """
 
     name = "contact"
@@ -60,7 +60,9 @@ class ContactTerm:
         self.reference = arrays.put(domain.reference[nodes] - centre)
         self.starts = arrays.put(island_starts(self.islands, self.others, None))
         self.candidates = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), count))
-        self.contact_force = arrays.zeros(3 * count)
+        # masters that supports hold are no contact nodes, and stand behind them among the boundary nodes
+        held = domain.pairs and any(len(held_nodes(body.contact)) for body in domain.bodies if body.contact)
+        self.contact_force = arrays.zeros(3 * (len(domain.boundary) if held else count))
         self.friction: Friction | None = None
         self.rows: ConstraintRows | None = None
 

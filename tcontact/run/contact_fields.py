@@ -34,14 +34,18 @@ class ContactFields:
         plan = state.plan
         if plan.images is not None:
             return np.arange(len(plan.reference))
-        return np.empty(0, np.int64) if plan.contact is None else plan.node_order[plan.contact.nodes]
+        if plan.contact is None:
+            return np.empty(0, np.int64)
+        return np.concatenate([plan.node_order[plan.contact.nodes], state.held_masters()[0]])
 
     @staticmethod
     def _values(state: BodyView) -> np.ndarray:
         """Return the contact force [k, 3] of the nodes."""
         if state.plan.images is not None:
             return state.contact_force()
-        return np.zeros((0, 3)) if state.plan.contact is None else state.contact_node_force()
+        if state.plan.contact is None:
+            return np.zeros((0, 3))
+        return np.concatenate([state.contact_node_force(), state.held_masters()[1]])
 
     def _of(self, number: int) -> tuple[Part, Part]:
         """Return force and pressure of a body."""
@@ -49,6 +53,7 @@ class ContactFields:
         force, area = self._values(state), self._areas[number]
         if self._paired:
             area = state.contact_areas()[nodes]
+            where = np.flatnonzero(area > 0.0)
         pressure = np.zeros(len(force))
         pressure[where] = np.linalg.norm(force[where], axis=1) / area[where]
         count = (float(len(state.plan.reference)),)

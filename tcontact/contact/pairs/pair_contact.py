@@ -184,9 +184,10 @@ class PairContact:
         self._acting = None
 
     def covered_areas(self) -> np.ndarray:
-        """Return the area [k] [m^2] of every contact node that its forces of the last row act on; 0 without a row.
+        """Return the area [s] [m^2] of every boundary node that its forces of the last row act on; 0 without a row.
 
-        The area D of a row belongs to its slave, and P_sm D to its masters: a uniform pressure is uniform on both.
+        The area D of a row belongs to its slave, and P_sm D to its masters: a uniform pressure is uniform on both. The
+        contact nodes are the first boundary nodes; of the others supports hold some that are masters (`places_of`).
         """
         lists, values = (arrays.get(self.lists), arrays.get(self.values)) if self._acting is None else self._acting
         rows, entries = int(lists[at.ROWS]), int(lists[lists[at.FIRST_ENTRY] + lists[at.ROWS]])
@@ -196,8 +197,12 @@ class PairContact:
         )
         areas = values[lists[at.NUMBERS] :][: rows * at.ROW_NUMBERS].reshape(-1, at.ROW_NUMBERS)[:, at.AREA]
         shares = values[lists[at.WEIGHTS] :][:entries] * np.repeat(areas, np.diff(first))
-        found = np.bincount(slaves, areas, self._count) + np.bincount(masters, shares, self._count)[: self._count]
-        return np.asarray(found)
+        count = len(self._boundary)
+        return np.asarray(np.bincount(slaves, areas, count) + np.bincount(masters, shares, count))
+
+    def places_of(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the places [k] of nodes [k] of the domain among its boundary nodes."""
+        return self._slot[nodes]
 
     def search(self, positions: np.ndarray) -> None:
         """Find the pairs of faces that may meet at positions [n, 3] [m]."""

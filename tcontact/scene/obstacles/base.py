@@ -27,8 +27,9 @@ class Obstacle:
     friction: the model on this obstacle in place of `Scene.friction` (`NoFriction`: none); None takes `Scene.friction`.
     mass [kg]: the obstacle moves freely, under contact forces, friction and gravity; its reference point is then its
     centre of mass, and velocity and angular_velocity, vectors, are those of the start. None: it moves as prescribed.
-    inertia [kg m^2] of a free one about its centre of mass: a number, three moments about its own axes, or a symmetric
-    matrix [3, 3] in the axes of the world at t = 0; None: that of the homogeneous solid (balls and blocks only).
+    inertia [kg m^2] of a free one about its centre of mass: a number, three moments about its own axes (of a plane or
+    cylinder the third one is about its normal or axis, of a block they are about `Box.axes`), or a symmetric matrix
+    [3, 3] in the axes of the world at t = 0; None: that of the homogeneous solid (balls and blocks only).
     Obstacles do not touch each other, whether they move or not.
     Gaps are signed distances, open positive; normals point from the obstacle into the body.
     Raises `InputError`.

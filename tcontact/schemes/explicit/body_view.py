@@ -12,6 +12,7 @@ from ...cells.point_state import PointState
 from ...device import arrays
 from ...friction_layer import LayerState
 from ...nodes.rigid_bodies import RigidBodies
+from ...planning.body_plan import held_nodes
 from ...planning.domain import Domain
 from ...planning.rotation import moves_as_one
 from ...results.smoothness import PressureRecord
@@ -156,11 +157,29 @@ class BodyView(ChosenNodes):
         result, contact = np.zeros((len(self.plan.reference), 3)), self.plan.contact
         if contact is None:
             return result
+        nodes, force, _ = self.held_masters()
+        result[nodes] = force
         if self.plan.images is None:
             result[self.plan.node_order[contact.nodes]] = self.contact_node_force()
             return result
-        result[contact.nodes] = self.contact_node_force()
-        return self.plan.to_user(self.plan.images.shared(result))
+        own = np.zeros_like(result)
+        own[contact.nodes] = self.contact_node_force()
+        return result + self.plan.to_user(self.plan.images.shared(own))
+
+    def held_masters(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the nodes [h] that supports hold and other bodies touch, with the force [h, 3] [N] of the last row.
+
+        They are no contact nodes; numbers of the user. Third the area [h] [m^2] that the force acts on, at least
+        COVERED of the mean weight of a contact node.
+        """
+        term, contact = self.state.contact, self.plan.contact
+        held = np.zeros(0, np.int64) if contact is None else held_nodes(contact)
+        if term is None or contact is None or term.pairs is None or not len(held):
+            return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
+        places = term.pairs.places_of(self._nodes.start + held)
+        least = COVERED * float(contact.areas.mean()) if len(contact.areas) else 0.0
+        areas = np.maximum(term.pairs.covered_areas()[places], least)
+        return self.plan.node_order[held], arrays.get(term.contact_force).reshape(-1, 3)[places], areas
 
     def contact_areas(self) -> np.ndarray:
         """Return the area [n] [m^2] that the contact force on every node acts on, in the user's numbering; else 0.
@@ -168,6 +187,8 @@ class BodyView(ChosenNodes):
         It is the weight of the node, or with other bodies the part that they cover, at least COVERED of the weight.
         """
         result, contact = self.plan.contact_areas(), self.plan.contact
+        held, _, areas = self.held_masters()
+        result[held] = areas
         pairs = None if self.state.contact is None else self.state.contact.pairs
         if pairs is not None and contact is not None:
             covered = pairs.covered_areas()[self._contact]

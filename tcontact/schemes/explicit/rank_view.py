@@ -213,6 +213,7 @@ class RankView(BodyView):
             contact = self.plan.contact
             paired = contact is not None and bool(self.state.part.whole.pairs)
             covered = self.shared_cover() if paired else np.zeros(0)
+            held, _, areas = self.shared_held_masters() if paired else (np.zeros(0, np.int64), None, np.zeros(0))
             if not self.team.leads:
                 return np.zeros(0)
             result = self.plan.contact_areas()
@@ -220,6 +221,7 @@ class RankView(BodyView):
                 there = covered > 0.0
                 nodes = self.plan.node_order[contact.nodes[there]]
                 result[nodes] = np.maximum(covered[there], COVERED * result[nodes])
+            result[held] = areas
             return result
         return self._nodal(lambda own: own.contact_areas(), 0.0)
 
@@ -228,7 +230,28 @@ class RankView(BodyView):
         """Return the areas [k] [m^2] of contact nodes that partners cover, from the ranks that share the contact."""
         own = self.state.contact
         pairs = None if own is None else own.pairs
-        return self._of_contact(np.zeros(0) if pairs is None else pairs.covered_areas())
+        if pairs is None or own is None:
+            return self._of_contact(np.zeros(0))
+        return self._of_contact(pairs.covered_areas()[: len(own.contact_node_forces())])
+
+    def held_masters(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the nodes that supports hold and other bodies touch, see `BodyView.held_masters`."""
+        if self._shared:
+            return self.shared_held_masters()
+        found = self._of_first(self._of_whole)
+        return (np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)) if found is None else found
+
+    @collective
+    def shared_held_masters(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return `held_masters` from the lowest rank that knows of any: each has all nodes of the contact set."""
+        mine = None if self.own is None else self._of_whole(self.own)
+        found = self.team.first_of(mine if mine is not None and len(mine[0]) else None)
+        return (np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)) if found is None else found
+
+    def _of_whole(self, own: BodyView) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return `held_masters` of the part, with their numbers in the body."""
+        nodes, force, areas = own.held_masters()
+        return self.part.part.nodes[nodes], force, areas
 
     def contact_node_force(self) -> np.ndarray:
         """Return the contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
