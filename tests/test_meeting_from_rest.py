@@ -1,5 +1,7 @@
 """Bodies at rest that something sets going meet at the right time, for any duration; idle ones cost few looks."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -124,3 +126,38 @@ def test_bodies_that_nothing_can_set_going_take_few_looks(monkeypatch):
     apart = [probed(lambda t: (1e3 * np.sin(100.0 * t), 0.0, 0.0))[0], cube(50.0)]
     looks, rows = looks_of(monkeypatch, apart, duration=1.0)
     assert looks <= rows / RARELY + 10
+
+
+def thrown(size, begin=0.02, part=0.01):
+    """A force along x that begins late, throws a body on and brings it back."""
+
+    def force(t):
+        steps = [t < begin, t < begin + part, t < begin + 3 * part, t < begin + 4 * part]
+        return float(np.select(steps, [0.0, size, -size, size], 0.0)), 0.0, 0.0
+
+    return force
+
+
+@pytest.mark.parametrize("duration", [0.1, 0.4])
+def test_a_body_at_rest_that_is_thrown_through_a_thin_wall_and_back_is_seen(duration):
+    """A penalty far too soft lets it through a wall of 40 mm, which it enters at about 0.022 s."""
+    body = cube(contact="xmax", loads=[tc.Load("every", force=thrown(2e6))])
+    wall = tc.Box((1.05, 0.5, 0.5), (0.04, 3.0, 3.0))
+    result = tc.simulate(tc.Scene([body], [wall], duration, contact=tc.PenaltyContact(1e5)))
+    assert result.reason == "missed-contact", result.message
+    assert "passed through box" in result.message
+    assert 0.02 < result.time < 0.03
+
+
+@pytest.mark.parametrize("duration", [0.08, 0.2])
+@pytest.mark.parametrize("size", [1.6e6, 3e6])
+def test_a_pair_at_rest_that_meets_with_other_faces_for_a_moment_is_told_of(size, duration):
+    """It overlaps by 0.4 and 0.9 of an edge, from about 0.028 s to 0.05 s."""
+    force = thrown(-size)
+    pushed = cube(0.3, 4, name="c", contact="xmin", loads=[tc.Load("every", force=lambda t: (0.0, 0.0, force(t)[0]))])
+    pushed = dataclasses.replace(pushed, mesh=pushed.mesh.translated((0.0, 0.0, 1.02)))
+    scene = tc.Scene([cube(0.0, 4, name="b", contact="xmax"), pushed], duration=duration, pairs=[tc.Pair("b", "c")])
+    with pytest.warns(RuntimeWarning, match="where no contact holds it") as told:
+        tc.simulate(scene)
+    text = next(str(one.message) for one in told if "where no" in str(one.message))
+    assert 0.02 < float(text.split("at t = ")[1].split(" s")[0]) < 0.05

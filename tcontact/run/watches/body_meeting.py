@@ -76,7 +76,7 @@ class BodyMeeting:
         self._pairs = np.array(_unpaired(run.scene))
         self._before = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
         self._clearance = np.zeros(len(self._pairs))
-        self._pace = Pace(run)
+        self._pace = Pace(run, RARELY)
         self.due, self._seen, self._time = 0, -1, 0.0
 
     @staticmethod

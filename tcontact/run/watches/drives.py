@@ -20,7 +20,7 @@ from ...scene.obstacles.motion import Rate
 from ...scene.time_functions import TimeFunction
 from ..watched import Run
 
-ROWS = 64  # rows that are asked about at a time; as many lie between these and the next time they are asked
+UNBOUNDED = 1e100  # speed [m/s] and acceleration [m/s^2] that stand for no bound
 
 
 class Drive(NamedTuple):
@@ -46,13 +46,15 @@ class Drive(NamedTuple):
 
 
 class Drives:
-    """The drives of all bodies of a run.
+    """The drives of all bodies of a run, and its obstacles that move as prescribed if these are asked for.
 
+    rows: the most that lie between two looks. Each function is asked about twice as many at a time.
     fastest, strongest: largest speed [m/s] that something gives at once, and acceleration [m/s^2], in the rows to come.
     """
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: Run, rows: int, obstacles: bool) -> None:
         scene = run.scene
+        self._rows = rows
         self._end, self._unbounded = float(scene.duration), False
         self._of_body: list[list[Drive]] = []
         for body, state in zip(scene.bodies, run.states, strict=True):
@@ -66,17 +68,17 @@ class Drives:
             self._of_body.append(found)
         self._always = max((body.spring_speed for body in scene.bodies), default=0.0)
         self._gravity = scene.largest_gravity
-        moving = [one for one in scene.obstacles if one.moves and not one.free] if scene.touching else []
+        moving = [one for one in scene.obstacles if one.moves and not one.free] if obstacles else []
         self._rates = [tuple(Rate(one, name) for name in ("velocity", "angular_velocity")) for one in moving]
         self._known, self._step = -np.inf, 0.0
         self.fastest, self.strongest = 0.0, 0.0
 
-    def ask(self, time: float, step: float, arm: float) -> None:
+    def ask(self, time: float, step: float, arm: float = 0.0) -> None:
         """Ask about the rows from a time [s] on; step [s]: between them; arm [m]: from obstacles to bodies, at most."""
-        if time + ROWS * step <= self._known and step <= self._step:
+        if time + self._rows * step <= self._known and step <= self._step:
             return
-        self._known, self._step = time + 2 * ROWS * step, step
-        times = np.unique(np.minimum(time + step * np.arange(2 * ROWS + 1), max(time, self._end)))
+        self._known, self._step = time + 2 * self._rows * step, step
+        times = np.unique(np.minimum(time + step * np.arange(2 * self._rows + 1), max(time, self._end)))
         try:
             bounds = [sum((drive.at(times) for drive in found), np.zeros(2)) for found in self._of_body]
             speed, acceleration = np.max(bounds, axis=0)
@@ -84,9 +86,9 @@ class Drives:
                 parts = [np.linalg.norm(rate.at(times), axis=1) for rate in (velocity, spin)]
                 speed = max(speed, float((parts[0] + arm * parts[1]).max()))
         except FunctionError:  # the run stops where it fails
-            speed, acceleration = np.inf, np.inf
-        self.fastest = float(speed) + self._always
-        self.strongest = np.inf if self._unbounded else float(acceleration) + self._gravity
+            speed, acceleration = UNBOUNDED, UNBOUNDED
+        self.fastest = min(float(speed) + self._always, UNBOUNDED)
+        self.strongest = UNBOUNDED if self._unbounded else min(float(acceleration) + self._gravity, UNBOUNDED)
 
 
 def _of_load(body: Body, load: Load, plan: BodyPlan) -> Drive:

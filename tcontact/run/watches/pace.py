@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..watched import Run
-from .drives import Drives
+from .drives import UNBOUNDED, Drives
 
 AHEAD = 2.0  # speed until the next look over the largest one so far
 QUICK = 0.1  # share of the wave speed that drives give a body at most: faster is a shock
@@ -30,12 +30,13 @@ Numbers = np.ndarray | int
 class Pace:
     """The fastest motion of a run, and the rows until two bodies can meet.
 
-    fastest: largest speed [m/s] of two bodies, or of a body and an obstacle, against each other in the rows so far.
+    rows: the most between two looks; fastest: largest speed [m/s] of two bodies, or of a body and an obstacle, against
+    each other in the rows so far.
     """
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: Run, rows: int) -> None:
         scene = run.scene
-        self._drives = Drives(run)
+        self._drives = Drives(run, rows, scene.touching)
         self._waves = np.array([body.wave_speed for body in scene.bodies])
         self._obstacles = [one for one in scene.obstacles if scene.touching]
         self._free = [one for one in self._obstacles if one.free]
@@ -80,11 +81,7 @@ class Pace:
 
     def rows(self, distance: np.ndarray, first: Numbers, second: Numbers) -> np.ndarray:
         """Return the rows in which bodies of these numbers can come together by a distance > 0 [m]."""
-        moved, driven, acceleration, limit = self._parts(first, second)
-        speed = moved + driven
-        with np.errstate(divide="ignore", invalid="ignore"):
-            by_drives = 2.0 * distance / (speed + np.sqrt(speed**2 + 2.0 * acceleration * distance))
-            return np.asarray(np.maximum(by_drives, distance / (moved + limit)))
+        return rows_until(distance, *self._parts(first, second))
 
     def _parts(self, first: Numbers, second: Numbers) -> tuple[float, float, float, np.ndarray]:
         """Return the ways s, d, a, q of the formula above [m]."""
@@ -92,6 +89,41 @@ class Pace:
         limit = QUICK * (self._waves[first] + self._waves[second]) * step
         moved, driven = AHEAD * self.fastest * step, AHEAD * drives.fastest * step
         return moved, driven, AHEAD * drives.strongest * step**2, limit
+
+
+class NodePace:
+    """The fastest motion of the contact nodes of a run against its obstacles, and the rows until they can meet.
+
+    rows: the most between two looks; fastest: largest speed [m/s] in the rows so far.
+    """
+
+    def __init__(self, run: Run, rows: int) -> None:
+        self._drives = Drives(run, rows, obstacles=False)
+        self._wave = max(body.wave_speed for body in run.scene.bodies)
+        self._before, self.fastest = 0.0, 0.0
+
+    def follow(self, travel: float, time: float, step: float) -> None:
+        """Follow the nodes to a look at a time [s]; travel [m]: their largest motion since the last one; step [s]."""
+        if time > self._before:
+            self.fastest = max(self.fastest, travel / (time - self._before))
+        self._before = time
+        self._drives.ask(time, step)
+
+    def rows(self, distance: float, step: float, obstacle: float) -> float:
+        """Return the rows in which a node can move by a distance > 0 [m]; obstacle [m/s]: its speed to come."""
+        drives, moved = self._drives, (AHEAD * self.fastest + min(obstacle, UNBOUNDED)) * step
+        driven, acceleration = AHEAD * drives.fastest * step, AHEAD * drives.strongest * step**2
+        return float(rows_until(np.array(distance), moved, driven, acceleration, 2.0 * QUICK * self._wave * step))
+
+
+def rows_until(
+    distance: np.ndarray, moved: float, driven: float, acceleration: float, limit: np.ndarray | float
+) -> np.ndarray:
+    """Return the rows in which a way(k) is a distance > 0 [m], see above; then s, d, a, q [m]."""
+    speed = moved + driven
+    with np.errstate(divide="ignore"):
+        by_drives = 2.0 * distance / (speed + np.sqrt(speed**2 + 2.0 * acceleration * distance))
+        return np.asarray(np.maximum(by_drives, distance / (moved + limit)))
 
 
 def motions(before: Positions, now: Positions) -> tuple[np.ndarray, np.ndarray]:
