@@ -49,7 +49,8 @@ class Drives:
     """The drives of all bodies of a run, and its obstacles that move as prescribed if these are asked for.
 
     rows: the most that lie between two looks. Each function is asked about twice as many at a time.
-    fastest, strongest: largest speed [m/s] that something gives at once, and acceleration [m/s^2], in the rows to come.
+    fastest, strongest: largest speed [m/s] that a load or a support gives at once, and acceleration [m/s^2], in the
+    rows to come; obstacle [m/s]: largest speed of an obstacle then.
     """
 
     def __init__(self, run: Run, rows: int, obstacles: bool) -> None:
@@ -71,7 +72,7 @@ class Drives:
         moving = [one for one in scene.obstacles if one.moves and not one.free] if obstacles else []
         self._rates = [tuple(Rate(one, name) for name in ("velocity", "angular_velocity")) for one in moving]
         self._known, self._step = -np.inf, 0.0
-        self.fastest, self.strongest = 0.0, 0.0
+        self.fastest, self.strongest, self.obstacle = 0.0, 0.0, 0.0
 
     def ask(self, time: float, step: float, arm: float = 0.0) -> None:
         """Ask about the rows from a time [s] on; step [s]: between them; arm [m]: from obstacles to bodies, at most."""
@@ -82,11 +83,12 @@ class Drives:
         try:
             bounds = [sum((drive.at(times) for drive in found), np.zeros(2)) for found in self._of_body]
             speed, acceleration = np.max(bounds, axis=0)
+            self.obstacle = 0.0
             for velocity, spin in self._rates:
                 parts = [np.linalg.norm(rate.at(times), axis=1) for rate in (velocity, spin)]
-                speed = max(speed, float((parts[0] + arm * parts[1]).max()))
+                self.obstacle = max(self.obstacle, float((parts[0] + arm * parts[1]).max()))
         except FunctionError:  # the run stops where it fails
-            speed, acceleration = UNBOUNDED, UNBOUNDED
+            speed, acceleration, self.obstacle = UNBOUNDED, UNBOUNDED, UNBOUNDED if self._rates else 0.0
         self.fastest = min(float(speed) + self._always, UNBOUNDED)
         self.strongest = UNBOUNDED if self._unbounded else min(float(acceleration) + self._gravity, UNBOUNDED)
 

@@ -2,8 +2,9 @@
 
 At rest they need not stay so: what moves in the scene may strike them, and what drives it may begin. So any two bodies
 may come together as fast as the fastest of the scene have moved against each other, or against an obstacle, in any row
-looked at so far; twice that, since a heavy body gives a light one up to twice its speed. Drives (`drives.py`) add to
-that, up to a share of the wave speeds of both, which is a shock. Within k rows they come closer by
+looked at so far, and an obstacle moves in those to come; twice that, since a heavy body gives a light one up to twice
+its speed. Drives (`drives.py`) add to that, up to a share of the wave speeds of both, which is a shock. Within k rows
+they come closer by
 
     way(k) = (s + d) k + a k^2 / 2  or  (s + q) k, the smaller one,
 
@@ -87,8 +88,8 @@ class Pace:
         """Return the ways s, d, a, q of the formula above [m]."""
         step, drives = self._step, self._drives
         limit = QUICK * (self._waves[first] + self._waves[second]) * step
-        moved, driven = AHEAD * self.fastest * step, AHEAD * drives.fastest * step
-        return moved, driven, AHEAD * drives.strongest * step**2, limit
+        moved = AHEAD * (self.fastest + drives.obstacle) * step
+        return moved, AHEAD * drives.fastest * step, AHEAD * drives.strongest * step**2, limit
 
 
 class NodePace:
