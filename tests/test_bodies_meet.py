@@ -229,3 +229,28 @@ def test_periodic_slabs_meet_though_no_sides_of_theirs_cross(speed, aside):
 
 def test_periodic_slabs_slide_along_each_other():
     assert slabs(0.0, gap=1e-4, aside=20.0, duration=40.0).ok
+
+
+def held_on_feet(low=0.0, **options):
+    """A cube on held feet whose contact side has two of the held nodes."""
+    options.setdefault("contact", "xmax" if low == 0.0 else "xmin")
+    return box(1.0, 3, (low, 0, 0), supports=[tc.Support("zmin", "xyz")], **options)
+
+
+def test_two_bodies_with_held_contact_nodes_are_told_to_leave_these_out():
+    """Neither can be the slave: plan and stop say so, and none is offered the other one."""
+    bodies = [held_on_feet(name="a", velocity=(50.0, 0, 0)), held_on_feet(1.0 + GAP, name="b")]
+    scene, remedy = tc.Scene(bodies, duration=0.1), "leave the held nodes out of Body.contact"
+    assert not scene.body_pairs
+    for text in (tc.plan(scene).describe(), tc.simulate(scene).message):
+        assert "supports hold contact nodes of both a and b" in text
+        assert remedy in text
+        assert "both names in Scene.pairs" not in text
+    for slave in (None, "a", "b"):
+        with pytest.raises(tc.InputError, match=remedy) as refused:
+            tc.Scene(bodies, duration=0.1, pairs=[tc.Pair("a", "b", slave=slave)])
+        assert "other body" not in str(refused.value)
+    free = [held_on_feet(name="a"), box(1.0, 3, (1.0 + GAP, 0, 0), contact="xmin", name="b")]
+    assert "no pair" not in tc.plan(tc.Scene(free, duration=0.1)).describe()
+    with pytest.raises(tc.InputError, match="make the other body the slave"):
+        tc.Scene(free, duration=0.1, pairs=[tc.Pair("a", "b", slave="a")])

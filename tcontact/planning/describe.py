@@ -25,6 +25,7 @@ from ..mesh.geometry import spanned_heights
 from ..scene.friction_laws import law_data, varies
 from ..scene.friction_models import FrictionLayer
 from ..scene.layer_metals import all_kinds
+from ..scene.pairs import held_pairs, held_text
 from ..scene.scene import Scene
 from .applied_loads import pack_loads
 from .body_plan import FRICTION_TERMS, BodyPlan, PlanBlock
@@ -68,6 +69,8 @@ def describe(plan: Plan) -> str:
         lines.append("  memory: " + ", ".join(sizes))
         if slow := hindrances(plan.scene, domain):
             lines.append(f"  with arch='cuda' on the kernels of the CPU, slowly: {', '.join(slow)}")
+    for both in held_pairs(plan.scene):
+        lines.append(f"no pair, and the run stops if they meet: {held_text(plan.scene, *both)}")
     return "\n".join(lines)
 
 

@@ -20,6 +20,8 @@ from .contact_models import MasslessContact, PenaltyContact
 from .friction_models import FrictionModel, coefficient_of
 from .slaves import held, places_of
 
+HELD_REMEDY = "leave the held nodes out of Body.contact"
+
 
 @dataclass(frozen=True)
 class Pair:
@@ -135,7 +137,7 @@ def pairs_of(scene: Any, approach: Approach) -> tuple[BodyPair, ...]:
         places = places_of(scene.bodies, meeting)
         for first, second in meeting:
             slave = min(first, second, key=places.__getitem__)
-            if not fixed[slave]:
+            if not fixed[slave]:  # else both are, see `held_pairs`
                 name = column_word(f"{scene.label(first)}-{scene.label(second)}")
                 found.append(BodyPair(name, first, second, slave, friction=scene.friction))
         _check_pair_names(found)
@@ -156,15 +158,33 @@ def pairs_of(scene: Any, approach: Approach) -> tuple[BodyPair, ...]:
     for pair, (first, second) in zip(scene.pairs, both, strict=True):
         slave = min(first, second, key=places.__getitem__) if pair.slave is None else labels[pair.slave]
         if fixed[slave]:
-            remedy = (
-                "supports hold some of its contact nodes, which cannot be slaves: make the other body the slave, or"
-            )
-            raise InputError("Pair.slave", scene.label(slave), f"{remedy} leave the held nodes out of Body.contact")
+            remedy = "supports hold some of its contact nodes, which cannot be slaves:"
+            remedy += "" if fixed[first] and fixed[second] else " make the other body the slave, or"
+            raise InputError("Pair.slave", scene.label(slave), f"{remedy} {HELD_REMEDY}")
         friction = scene.friction if pair.friction is None else pair.friction
         found.append(BodyPair(pair.name, first, second, slave, pair.initial_gap, friction))
     _check_pair_names(found)
     _check_order(found, list(labels))
     return tuple(found)
+
+
+def held_pairs(scene: Any) -> list[tuple[int, int]]:
+    """Return the numbers of two bodies each that pairs="auto" leaves out though their contact faces may meet.
+
+    Supports hold contact nodes of both, so that neither can be the slave.
+    """
+    if scene.pairs != "auto" or hindrance(scene):
+        return []
+    fixed = [number for number, body in enumerate(scene.bodies) if held(body)]
+    approach = Approach(scene, outer=False)
+    both = [(first, second) for first in fixed for second in approach.near(first) if second > first]
+    return [pair for pair in both if pair[1] in fixed and approach.meeting(*pair).any()]
+
+
+def held_text(scene: Any, first: int, second: int) -> str:
+    """Return in words why two bodies of `held_pairs` are no pair, with the remedy."""
+    names = f"{scene.label(first)} and {scene.label(second)}"
+    return f"supports hold contact nodes of both {names}, so that neither can be the slave: {HELD_REMEDY}"
 
 
 def _check_pair_names(pairs: Sequence[BodyPair]) -> None:

@@ -1,11 +1,11 @@
 """Stop a run in which two bodies meet that are no pair in contact with each other.
 
 Every pair of bodies has a clearance, a lower bound of the distance of their surfaces. Their relative motion reduces it,
-and the next look comes before it can be 0. Then it is measured anew: by the boxes of both bodies, swept since the last
-look; where these overlap, by the surfaces, at so many places on the way that neither moves by more than half a cell
-between two. A look costs little, and bodies whose boxes overlap, such as a ball in a ring, may pass while their
-surfaces stay apart. Surfaces of periodic bodies have no sides, which would cross where they pass through each other:
-their nodes are looked for inside the other body.
+and the next look comes before it can be 0, whatever moves in the scene or begins to (`pace.py`). Then it is measured
+anew: by the boxes of both bodies, swept since the last look; where these overlap, by the surfaces, at so many places on
+the way that neither moves by more than half a cell between two. A look costs little, and bodies whose boxes overlap,
+such as a ball in a ring, may pass while their surfaces stay apart. Surfaces of periodic bodies have no sides, which
+would cross where they pass through each other: their nodes are looked for inside the other body.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ import numpy as np
 
 from ...mesh.triangle_distance import pieces_inside, smallest_distance, triangles_of, winding_number
 from ...scene.body import Body
-from ...scene.pairs import hindrance
+from ...scene.pairs import held_pairs, held_text, hindrance
 from ...scene.scene import Scene
 from ...schemes.explicit.body_view import BodyView
 from ..guards import Stop
 from ..watched import Run
+from .pace import FARTHER, Pace, motions
 
 RARELY = 64  # rows between looks at bodies that are far apart
 SOON = 16  # rows until the next look for which a clearance is measured
 TOUCH = 1e-6  # distance over the shortest edge of both surfaces below which they meet
-AHEAD = 2.0  # speed until the next look over the present speed
 MAXIMUM_PLACES = 1000  # maximum number of places on the way of one step
 SAMPLES = 64  # most nodes of a periodic surface that are looked for inside another body
 NO_PAIR = "pairs need the faces that meet in Body.contact of both bodies, both names in Scene.pairs, and explicit steps"
@@ -76,6 +76,7 @@ class BodyMeeting:
         self._pairs = np.array(_unpaired(run.scene))
         self._before = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
         self._clearance = np.zeros(len(self._pairs))
+        self._pace = Pace(run, RARELY)
         self.due, self._seen, self._time = 0, -1, 0.0
 
     @staticmethod
@@ -88,29 +89,32 @@ class BodyMeeting:
         now = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
         if not all(np.isfinite(there).all() for there in now):
             return None  # the guards stop at the next row
-        travel, rows = self._travel(now), max(1, row - self._seen)
+        rows, numbers = max(1, row - self._seen), self._pairs.T
+        travel = self._travel(now)
+        self._pace.follow(self._before, now, self._time, time + step, step)
         self._clearance -= travel
         for pair in np.flatnonzero(self._clearance <= 0.0):
-            part = self._measure(int(pair), now, float(travel[pair]), rows)
+            part = self._measure(int(pair), now, float(travel[pair]))
             if part is not None:
-                first, second = (run.scene.label(int(number)) for number in self._pairs[pair])
-                when = self._time + part * (time + step - self._time)
-                return _met(first, second, when, self._seen < 0 and part == 0, hindrance(run.scene) or NO_PAIR)
-        speed = AHEAD * travel / rows  # per row
-        wait = np.floor(self._clearance / np.where(speed > 0.0, speed, 1e-300))
-        self.due = row + int(np.clip(wait.min(), 1, RARELY))
+                if self._seen < 0 and part == 0:
+                    how = "overlap or touch at the start"
+                elif rows > 1:  # faster than foreseen, so that a time between both looks would be a guess
+                    how = f"meet between t = {self._time:.6g} s and t = {time + step:.6g} s"
+                else:
+                    how = f"meet at t = {self._time + part * (time + step - self._time):.6g} s"
+                return _met(run.scene, int(numbers[0, pair]), int(numbers[1, pair]), how)
+        wait = float(np.floor(self._pace.rows(self._clearance, *numbers)).min())
+        self.due = row + int(np.clip(wait, 1, min(RARELY, FARTHER * rows)))
         self._before, self._seen, self._time = now, row, time + step
         return None
 
     def _travel(self, now: list[np.ndarray]) -> np.ndarray:
         """Return the largest relative motion of the bodies of every pair since the last look [m]."""
-        moves = [after - before for after, before in zip(now, self._before, strict=True)]
-        means = np.array([move.mean(axis=0) for move in moves])
-        spread = np.array([np.linalg.norm(move - mean, axis=1).max() for move, mean in zip(moves, means, strict=True)])
+        means, spreads = motions(self._before, now)
         first, second = self._pairs.T
-        return np.asarray(spread[first] + spread[second] + np.linalg.norm(means[first] - means[second], axis=1))
+        return np.asarray(spreads[first] + spreads[second] + np.linalg.norm(means[first] - means[second], axis=1))
 
-    def _measure(self, pair: int, now: list[np.ndarray], travel: float, rows: int) -> float | None:
+    def _measure(self, pair: int, now: list[np.ndarray], travel: float) -> float | None:
         """Set the clearance of a pair, or return the part of the way since the last look at which they met."""
         first, second = (int(number) for number in self._pairs[pair])
         one, other = self._surfaces[first], self._surfaces[second]
@@ -120,7 +124,7 @@ class BodyMeeting:
         boxes = [np.array([np.minimum(*way).min(axis=0), np.maximum(*way).max(axis=0)]) for way in ways]
         begin = self._seen < 0
         edge, mean = min(one.edge, other.edge), max(one.mean_edge, other.mean_edge)
-        reach = float(np.clip(AHEAD * SOON * travel / rows, 1e-3 * mean, mean))
+        reach = float(np.clip(self._pace.way(first, second, SOON), 1e-3 * mean, mean))
         period = np.where(one.period > 0.0, one.period, other.period)
         apart = np.maximum(np.maximum(boxes[0][0] - boxes[1][1], boxes[1][0] - boxes[0][1]), 0.0)
         outside = float(np.linalg.norm(np.where(period > 0.0, 0.0, apart)))
@@ -162,10 +166,13 @@ def _first(happened: Callable[[float], bool], before: float, after: float) -> fl
     return after
 
 
-def _met(first: str, second: str, time: float, at_start: bool, why: str) -> Stop:
-    how = "overlap or touch at the start" if at_start else f"meet at t = {time:.6g} s"
-    text = f"bodies {first} and {second} {how}, and are no pair in contact; {why}; else move them apart, end the run"
-    return Stop("bodies-meet", f"{text} before, or let them pass through each other with Scene(pairs=None)")
+def _met(scene: Scene, first: int, second: int, how: str) -> Stop:
+    why = hindrance(scene) or NO_PAIR
+    if (first, second) in held_pairs(scene):
+        why = held_text(scene, first, second)
+    text = f"bodies {scene.label(first)} and {scene.label(second)} {how}, and are no pair in contact; {why}; else move"
+    text += " them apart, end the run before, or let them pass through each other with Scene(pairs=None)"
+    return Stop("bodies-meet", text)
 
 
 def _shifts(there: list[np.ndarray], period: np.ndarray, reach: float) -> list[np.ndarray]:

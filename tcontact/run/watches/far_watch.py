@@ -12,7 +12,8 @@ from ...scene.contact_models import MasslessContact
 from ...scene.reach import within_reach
 from ..guards import Stop
 from ..watched import Run
-from .path_watch import AHEAD, RARELY, Crossing, times_to_come
+from .pace import FARTHER, NodePace
+from .path_watch import RARELY, Crossing, times_to_come
 
 
 class FarWatch:
@@ -25,6 +26,7 @@ class FarWatch:
 
     def __init__(self, run: Run, far: list[tuple[int, int]]) -> None:
         self.due, self._seen = 0, -1
+        self._pace = NodePace(run, RARELY)
         obstacles = run.scene.obstacles
         self._far = [(body, number, Crossing(run.states[body], obstacles[number], 1.0, run.dt)) for body, number in far]
 
@@ -42,7 +44,8 @@ class FarWatch:
 
     def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
         """Stop where a contact node has come to such an obstacle."""
-        wait, rows = float(RARELY), max(1, row - self._seen)
+        rows, largest = max(1, row - self._seen), 0.0
+        ahead: list[tuple[float, float]] = []
         for index, number, crossing in self._far:
             state = run.states[index]
             now = crossing.positions(state, time + step)
@@ -57,9 +60,10 @@ class FarWatch:
                     f"{where}, which was out of its reach at the start, and removal='normal' kept the mass of its nodes"
                     " along that normal: use MasslessContact(removal='full')",
                 )
-            travel = float(np.linalg.norm(now - crossing.before, axis=1).max())
+            largest = max(largest, float(np.linalg.norm(now - crossing.before, axis=1).max()))
             crossing.before = now
-            faster = crossing.speed_to_come(times_to_come(run, time, step)) * step
-            wait = min(wait, 0.5 * gap / max(AHEAD * travel / rows + faster, 1e-300))
-        self.due, self._seen = row + max(1, int(wait)), row
+            ahead.append((0.5 * gap, crossing.speed_to_come(times_to_come(run, time, step))))
+        self._pace.follow(largest, time + step, step)
+        wait = min(self._pace.rows(room, step, faster) for room, faster in ahead)
+        self.due, self._seen = row + max(1, int(min(wait, RARELY, FARTHER * rows))), row
         return None

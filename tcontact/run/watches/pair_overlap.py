@@ -15,12 +15,12 @@ from ...scene.meeting import FACING
 from ..guards import Stop
 from ..watched import Run
 from .body_meeting import Surface
+from .pace import AHEAD, FARTHER, Pace
 from .pair_entered import PairEntered
 from .slabs import within_slabs
 
 DEEP = 1.0  # depth over the mean edge of the finer surface that contact does not explain
 RARELY = 32  # most rows between two looks
-AHEAD = 2.0  # speed until the next look over the present speed
 SAMPLES = 64  # largest number of nodes whose depth is measured at a look
 
 
@@ -32,7 +32,8 @@ class PairOverlap:
     def __init__(self, run: Run) -> None:
         self._surfaces = [Surface(body, state) for body, state in zip(run.scene.bodies, run.states, strict=True)]
         self._before = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
-        self.due, self._seen = 0, -1
+        self.due, self._seen, self._time = 0, -1, 0.0
+        self._pace = Pace(run, RARELY)
         self._seen_by_contact = _depths(run)
         self.entered = PairEntered(run, self._surfaces)
 
@@ -46,7 +47,9 @@ class PairOverlap:
         now = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
         if not all(np.isfinite(there).all() for there in now):
             return None  # the guards stop at the next row
-        rows, wait = max(1, row - self._seen), float(RARELY)
+        rows = max(1, row - self._seen)
+        wait = min(float(RARELY), FARTHER * rows)
+        self._pace.follow(self._before, now, self._time, time + step, step)
         for pair in run.scene.body_pairs:
             deep = DEEP * min(self._surfaces[number].mean_edge for number in (pair.first, pair.second))
             both = [(now[number].min(axis=0), now[number].max(axis=0)) for number in (pair.first, pair.second)]
@@ -70,9 +73,9 @@ class PairOverlap:
                     return _too_fast(run.scene.label(pair.first), run.scene.label(pair.second), depth, time + step)
             for one, other in both_ways if speed <= depth else ():  # faster ones are deep before contact sees them
                 self.entered.look(run, one, other, now, time + step)
-            wait = min(wait, (apart + deep) / (AHEAD * speed) if speed > 0.0 else wait)
+            wait = min(wait, float(self._pace.rows(np.array(apart + deep), pair.first, pair.second)))
         self.due = row + int(np.clip(wait, 1, RARELY))
-        self._before, self._seen = now, row
+        self._before, self._seen, self._time = now, row, time + step
         return None
 
 

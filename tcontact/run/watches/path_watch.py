@@ -21,9 +21,9 @@ from ...scene.obstacles.thickness import half_thickness_of_grid
 from ...schemes.explicit.body_view import BodyView
 from ..guards import Stop
 from ..watched import Run
+from .pace import FARTHER, NodePace
 
 RARELY = 256  # rows between looks for nodes that are slow or far from the obstacle
-AHEAD = 2.0  # speed until the next look over the present speed
 SURFACE = 1e-6  # gap over half the thickness that counts as closed
 OPPOSITE = -0.1  # cosine between the normals at entry and exit below which a node has passed through
 FAR = 0.25  # motion over the thickness in a step, and between looks
@@ -140,6 +140,7 @@ class PathWatch:
 
     def __init__(self, run: Run, halves: list[float]) -> None:
         self.due, self._seen = 0, -1
+        self._pace = NodePace(run, RARELY)
         self._thin = [number for number, half in enumerate(halves) if np.isfinite(half)]
         self._crossings = [
             [Crossing(state, run.scene.obstacles[number], halves[number], run.dt) for number in self._thin]
@@ -158,8 +159,8 @@ class PathWatch:
 
     def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
         """Stop where a node has passed through an obstacle since the last look."""
-        wait = float(RARELY)
-        rows = max(1, row - self._seen)
+        rows, largest = max(1, row - self._seen), 0.0
+        ahead: list[tuple[float, float]] = []
         for state, crossings in zip(run.states, self._crossings, strict=True):
             for number, crossing in zip(self._thin, crossings, strict=False):
                 now = crossing.positions(state, time + step)
@@ -172,9 +173,11 @@ class PathWatch:
                     what = f"node {node} of {state.plan.label} passed through {crossing.obstacle.shape} {name}"
                     what += f" at t = {time + step:.6g} s"
                     return Stop("missed-contact", f"{what}; {_remedy(run, crossing, travel / rows)}")
-                faster = crossing.speed_to_come(times_to_come(run, time, step)) * step
-                wait = min(wait, allowed / max(AHEAD * travel / rows + faster, 1e-300))
-        self.due, self._seen = row + max(1, int(wait)), row
+                largest = max(largest, travel)
+                ahead.append((allowed, crossing.speed_to_come(times_to_come(run, time, step))))
+        self._pace.follow(largest, time + step, step)
+        wait = min((self._pace.rows(allowed, step, faster) for allowed, faster in ahead), default=float(RARELY))
+        self.due, self._seen = row + max(1, int(min(wait, RARELY, FARTHER * rows))), row
         return None
 
 
