@@ -66,9 +66,14 @@ class Material:
         raise NotImplementedError
 
     @property
+    def wave_modulus(self) -> float:
+        """Modulus of plane waves at small strains [Pa], which scales the hourglass stiffness: lambda + 2 mu."""
+        return self.lame_lambda + 2.0 * self.lame_mu
+
+    @property
     def wave_speed(self) -> float:
-        """Dilatational wave speed sqrt((lambda + 2 mu)/density) at small strains [m/s]."""
-        return float(((self.lame_lambda + 2.0 * self.lame_mu) / self.density) ** 0.5)
+        """Speed sqrt(wave_modulus/density) of the fastest plane wave at small strains [m/s]."""
+        return float((self.wave_modulus / self.density) ** 0.5)
 
 
 @dataclass(frozen=True)
