@@ -141,6 +141,11 @@ class NeoHookean(Hookean):
 
     young: Young's modulus [Pa] > 0 and poisson: Poisson's ratio, -1 < poisson < 0.5, both at small strains; density
     [kg/m^3] > 0. Raises `InputError` for any other value.
+
+    With poisson < 0 lambda is negative and the energy has no least value: a body carries a limited tension, under equal
+    stretches along all axes 0.11 of young at a stretch of 1.25 for poisson -0.1, 0.029 at 1.09 for -0.3, 0.011 at 1.043
+    for -0.5 and 0.004 at 1.020 for -0.7, and expands without end beyond (tension_limit.py). In compression it is sound;
+    where such a body is pulled take `StVenantKirchhoff`.
     """
 
     law: ClassVar[str] = "neo_hookean"
