@@ -89,9 +89,9 @@ class Hookean(Material):
     density: float
 
     def __post_init__(self) -> None:
-        validate.number("young", self.young, low=0.0)
-        validate.number("poisson", self.poisson, low=-1.0, high=0.5)
-        validate.number("density", self.density, low=0.0)
+        validate.keep(self, "young", low=0.0)
+        validate.keep(self, "poisson", low=-1.0, high=0.5)
+        validate.keep(self, "density", low=0.0)
 
     @classmethod
     def of(cls, young: float, poisson: float, density: float) -> Hookean:
@@ -185,10 +185,10 @@ class MooneyRivlin(LameMaterial):
     word: ClassVar[str] = "mooney-rivlin"
 
     def __post_init__(self) -> None:
-        validate.number("c1", self.c1, low=0.0)
-        validate.number("c2", self.c2, low=0.0, strict=False)
-        validate.number("bulk", self.bulk, low=0.0)
-        validate.number("density", self.density, low=0.0)
+        validate.keep(self, "c1", low=0.0)
+        validate.keep(self, "c2", low=0.0, strict=False)
+        validate.keep(self, "bulk", low=0.0)
+        validate.keep(self, "density", low=0.0)
 
     @classmethod
     def of(cls, young: float, poisson: float, density: float, second: float = 0.2) -> MooneyRivlin:
@@ -197,8 +197,8 @@ class MooneyRivlin(LameMaterial):
         Raises `InputError`; bulk > 0 requires lambda > 2 second mu, that is poisson > second/(1 + 2 second).
         """
         small = Hookean(young, poisson, density)
-        validate.number("second", second, low=0.0, strict=False)
-        validate.number("second", second, high=1.0)
+        second = validate.number("second", second, low=0.0, strict=False)
+        second = validate.number("second", second, high=1.0)
         least = second / (1.0 + 2.0 * second)
         if second and not poisson > least:
             remedy = (
@@ -261,9 +261,9 @@ class Ogden(Material):
                 )
             low, high = -LARGEST_EXPONENT, LARGEST_EXPONENT
             validate.number(f"alpha[{number}]", alpha, low=low, high=high, strict=False)
-        validate.number("poisson", self.poisson, low=0.0, strict=False)
-        validate.number("poisson", self.poisson, high=0.5)
-        validate.number("density", self.density, low=0.0)
+        validate.keep(self, "poisson", low=0.0, strict=False)
+        validate.keep(self, "poisson", high=0.5)
+        validate.keep(self, "density", low=0.0)
         if not (self.lame_mu > 0.0 and np.isfinite(self.parameters).all()):
             given = f"mu/alpha and the shear modulus sum(mu alpha)/2 = {self.lame_mu:g}"
             raise InputError("mu", self.mu, f"{given} must be finite and above 0; give mu in Pa and other exponents")

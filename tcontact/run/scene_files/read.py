@@ -328,4 +328,6 @@ def check_keys(place: str, data: dict[str, Any], known: Iterable[str]) -> None:
     for key in data:
         if key not in words:
             where = f"{place}.{key}" if place else key
-            raise InputError(where, data[key], f"unknown key; {hint(key, words)}Known are {', '.join(words)}")
+            meant = hint(key, words)
+            known_are = f"{meant}Known are" if meant else "known are"
+            raise InputError(where, data[key], f"unknown key; {known_are} {', '.join(words)}")

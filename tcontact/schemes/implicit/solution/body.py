@@ -102,7 +102,7 @@ class ImplicitBody:
     @property
     def _modulus(self) -> float:
         """The largest lambda + 2 mu of its materials [Pa]."""
-        return max(material.density * material.wave_speed**2 for material in self.plan.body.materials)
+        return max(material.wave_modulus for material in self.plan.body.materials)
 
     def _statics(self) -> tuple[StaticEquations, object]:
         """Return the static problem of the massless components alone, and its solver."""
