@@ -1,4 +1,4 @@
-"""Unknown sets are refused with the part that names them, its number and its body."""
+"""Unknown sets and keys are refused by what names them: the part with its number and body, or the key."""
 
 import re
 
@@ -36,3 +36,15 @@ def test_the_set_of_a_part(part):
     wanted = f"Body.{part}[0].set = 'xmxx': no such set of cube; did you mean 'xmax'? use one of"
     with pytest.raises(tc.InputError, match=re.escape(wanted)):
         tc.Body(MESH, LAW, name="cube", **{part: [PARTS[part]]})
+
+
+def test_an_unknown_key_of_a_scene_file_is_one_sentence(tmp_path):
+    """The keys that are known follow in the sentence, or after the question for one that is nearly right."""
+    path = tmp_path / "scene.toml"
+    for key, text in (
+        ("zzz", "unknown key; known are "),
+        ("duratoin", "unknown key; did you mean 'duration'? Known are "),
+    ):
+        path.write_text(f"{key} = 1\n")
+        with pytest.raises(tc.InputError, match=re.escape(text)):
+            tc.load_scene(path)
