@@ -13,7 +13,8 @@ meshes too, so patches carry uniform stress. H does not contain the four hourgla
     kappa = HOURGLASS (lam + 2 mu) (b:b) / (8 V),     b:b = sum over k of |b_k|^2
 
 The hourglass part is measured in the reference state: q is 0 for every linear field, also finite rotations.
-(lam + 2 mu at small strains is the modulus of the law, materials/law.py.)
+(lam + 2 mu at small strains is the modulus of the law, materials/law.py; implicit steps have the same number from
+`Material.wave_modulus`, for registered laws that of the stiffest plane wave.)
 HOURGLASS is the stiffness of an hourglass mode of unit length over (lam + 2 mu) (b:b)/V, the usual bound on that of the
 modes which H sees (kappa gamma gamma^t, gamma.gamma = 8 in a brick). For cubes and Poisson's ratio 0.3, 1/12 gives an
 hourglass mode the energy of pure bending. With 0.05 a cantilever of 1, 2, 4 cubes in thickness is 39, 7, 1 % too soft

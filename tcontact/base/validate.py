@@ -35,6 +35,16 @@ def number(
     return result
 
 
+def keep(owner: Any, field: str, **bounds: Any) -> None:
+    """Check a number of a frozen dataclass as `number` does, and keep it there as the float that this returns.
+
+    field: the name of the attribute, after the name of the class and a dot or alone. NumPy takes a whole number beyond
+    its own for an object, and a number of single precision would make the others of its kind.
+    """
+    name = field.rpartition(".")[2]
+    object.__setattr__(owner, name, number(field, getattr(owner, name), **bounds))
+
+
 def whole(field: str, value: Any, low: int, high: int = 2**31 - 1) -> int:
     """Return a whole number from `low` to `high`."""
     if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < low:

@@ -19,8 +19,8 @@ def depths(points: int, grading: float, thickness: float) -> np.ndarray:
     Raises `InputError`.
     """
     validate.whole("points", points, 3, 10**5)
-    validate.number("grading", grading, low=1e-4, high=1e4, strict=False)
-    validate.number("thickness", thickness, low=THINNEST, high=THICKEST)
+    grading = validate.number("grading", grading, low=1e-4, high=1e4, strict=False)
+    thickness = validate.number("thickness", thickness, low=THINNEST, high=THICKEST)
     spacing = grading ** (np.arange(points - 1) / max(points - 2, 1))
     depth = np.concatenate([[0.0], np.cumsum(spacing)])
     depth *= thickness / depth[-1]

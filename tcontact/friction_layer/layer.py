@@ -56,13 +56,13 @@ class Layer:
                 raise InputError("material", metal, "give a friction_layer.Metal, such as STAINLESS_304")
         cells, points = validate.whole("cells", cells, 1), validate.whole("points", points, 3)
         validate.choice("method", method, METHODS)
-        validate.number("heat_share", heat_share, low=0.0, high=1.0, strict=False)
-        validate.number("plastic_heat", plastic_heat, low=0.0, high=1.0, strict=False)
-        validate.number("initial_temperature", initial_temperature, low=0.0, strict=False)
+        heat_share = validate.number("heat_share", heat_share, low=0.0, high=1.0, strict=False)
+        plastic_heat = validate.number("plastic_heat", plastic_heat, low=0.0, high=1.0, strict=False)
+        initial_temperature = validate.number("initial_temperature", initial_temperature, low=0.0, strict=False)
         if not isinstance(reload, bool):
             raise InputError("reload", reload, "give True or False")
         if conductance is not None:
-            validate.number("conductance", conductance, low=0.0, strict=False)
+            conductance = validate.number("conductance", conductance, low=0.0, strict=False)
             if len(metals) == 1:
                 raise InputError("conductance", conductance, "is between two metals; give other, or leave it at None")
         if len(metals) == 2 and method != METHODS[0]:

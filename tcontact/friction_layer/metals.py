@@ -41,7 +41,7 @@ class Metal:
     def __post_init__(self) -> None:
         self.hardening_law  # noqa: B018 - checks the constants of the yield stress
         for name in ("shear_modulus", "conductivity", "heat_capacity", "density"):
-            validate.number(name, getattr(self, name), low=0.0)
+            validate.keep(self, name, low=0.0)
 
     @property
     def effusivity(self) -> float:

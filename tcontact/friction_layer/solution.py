@@ -62,8 +62,8 @@ def solve(
 
     Returns a `LayerResult`. Raises `InputError`.
     """
-    validate.number("duration", duration, low=0.0)
-    validate.number("dt", dt, low=0.0)
+    duration = validate.number("duration", duration, low=0.0)
+    dt = validate.number("dt", dt, low=0.0)
     validate.whole("history_every", history_every, 1)
     validate.step_count("dt", dt, duration)
     steps = max(1, math.ceil(duration / dt - FITS * max(1.0, duration / dt * 1e-3)))

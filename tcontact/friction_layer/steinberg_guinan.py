@@ -34,13 +34,13 @@ class SteinbergGuinan:
 
     def __post_init__(self) -> None:
         for name in ("yield_stress", "hardening", "melting_temperature"):
-            validate.number(name, getattr(self, name), low=0.0)
-        validate.number("hardening_exponent", self.hardening_exponent, low=0.0)
-        validate.number("hardening_exponent", self.hardening_exponent, high=1.0, strict=False)
+            validate.keep(self, name, low=0.0)
+        validate.keep(self, "hardening_exponent", low=0.0)
+        validate.keep(self, "hardening_exponent", high=1.0, strict=False)
         for name in ("pressure_factor", "thermal_softening", "sharpness", "reference_temperature"):
-            validate.number(name, getattr(self, name), low=0.0, strict=False)
+            validate.keep(self, name, low=0.0, strict=False)
         if self.largest_yield_stress is not None:
-            validate.number("largest_yield_stress", self.largest_yield_stress, low=self.yield_stress, strict=False)
+            validate.keep(self, "largest_yield_stress", low=self.yield_stress, strict=False)
 
     def yields_at(self, temperature: np.ndarray, pressure: np.ndarray, plastic_strain: np.ndarray) -> np.ndarray:
         """Return the yield stress Y [Pa] at absolute temperature [K], pressure [Pa] and equivalent plastic strain [-].

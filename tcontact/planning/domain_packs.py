@@ -61,7 +61,7 @@ def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
         own = block.own.own
         parts = masses_in_parts(own.kind, block.body.body.mesh.nodes, own.cells, material.density)
         uneven = max(float((masses.mean(axis=1) / masses.min(axis=1)).max()) for _, masses in parts)
-        speed, square = viscosity.linear * material.wave_speed, viscosity.quadratic**2
+        speed, square = viscosity.linear * material.wave_speed, viscosity.quadratic * viscosity.quadratic
         numbers += [speed, square, material.density, uneven]
     if domain.dissipates:
         numbers += [material.lame_lambda, material.lame_mu]

@@ -1,6 +1,7 @@
 """Lists of the cells whose volume change is averaged at nodes, as kernels/volume_places.py describes them.
 
-A node that supports hold in all three components has no volume: with one, bonded faces would lock.
+A node that supports hold in all three components has no volume: with one, bonded faces would lock. Blocks all of whose
+nodes are held have no volume nodes; each of their cells averages over itself alone.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ def volume_arrays(domain: Domain, packs: CellPacks) -> tuple[np.ndarray, np.ndar
         numbers.append(node + shifts[number])
         in_ring.append(close)
         inverses.append(1.0 / own.totals(len(domain.reference))[_masters(domain, node)])
-        around += np.split(lane[cells], starts[1:-1])
+        around += np.split(lane[cells], starts[1:-1])[: len(node)]  # without nodes `split` returns one empty list
         ordinary = block.count - len(block.contact)
         outer = np.unique(cells[np.repeat(close, np.diff(starts))])
         outer = outer[outer < ordinary]
@@ -103,13 +104,14 @@ def volume_arrays(domain: Domain, packs: CellPacks) -> tuple[np.ndarray, np.ndar
         ring.append(np.column_stack([lane[outer], linear, block.cells[outer]]))
     order = np.argsort(~np.concatenate(in_ring), kind="stable")
     lists = [around[i] for i in order]
+    listed = np.concatenate(lists) if lists else np.zeros(0, dtype=np.int64)
     segments = packs.segments.reshape(-1, SEGMENT)[:, LANE]
     owner = {first: number % len(domain.blocks) for number, first in lanes.items()}
     touching = [number for number, block in enumerate(domain.blocks) if len(block.contact)]
     parts = {
         places.SHIFTS: np.array([shifts[owner[int(first)]] for first in segments]),
         places.NUMBERS: np.concatenate(numbers)[order],
-        places.STARTS: _with_starts(np.array([len(one) for one in lists]), np.concatenate(lists)),
+        places.STARTS: _with_starts(np.array([len(one) for one in lists], dtype=np.int64), listed),
         places.RING: np.concatenate(ring).reshape(-1),
         places.BLOCKS: np.array([(shifts[i], lanes[i + len(domain.blocks)]) for i in touching]).reshape(-1),
     }

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.errors import FunctionError
 from ..scene.scene import Scene
+from ..scene.tension_limit import tension_advice
 from ..schemes import ImplicitScheme, Scheme
 from ..schemes.explicit.body_view import BodyView
 from ..schemes.explicit.central_difference import DEFAULT_CFL
@@ -15,7 +16,7 @@ from .checkpoint.keeper import Keeper
 from .history import History
 from .worst_cell import worst_cell_of
 
-GROWTH = 10.0  # energy over the largest energy of the run above which it has diverged
+GROWTH = 10.0  # energy over that of the start and of the work done above which a run has diverged
 AT_ONCE = 2  # rows up to which a value that is not finite comes from the start and not from the step
 FAST = 0.1  # share of the wave speed below which a motion makes no shock
 LATEST = 0.1  # share of the rows before a stop in which the motion may be that of the failure itself
@@ -52,7 +53,20 @@ class Guards:
         if history.steps == 0:
             return {}
         minimum = max(0.0, jacobian) if any(self.nonlinear) else -np.inf
-        return {"jacobian": minimum, "energy": GROWTH * history.budget() + self.floor}
+        return {"jacobian": minimum, "energy": self._most(history)}
+
+    def _most(self, history: History) -> float:
+        """Return the energy [J] above which a run has diverged; one that starts below 0 may gain as much as another."""
+        budget = history.budget()
+        return (GROWTH if budget >= 0.0 else 2.0 - GROWTH) * budget + self.floor
+
+    def _growth(self, energy: float, history: History) -> str:
+        """Return how an energy [J] has grown above `_most`, in words."""
+        budget = history.budget()
+        given = f"the {budget:.3g} J that the run started with or was given"
+        if budget >= 0.0:
+            return f"the energy grew to {energy:.3g} J, over {GROWTH:g} times {given}"
+        return f"the energy grew to {energy:.3g} J from {given}, by over {GROWTH - 1.0:g} times as much"
 
     def check(self, row: np.ndarray, history: History, over_limit: bool, step: float = 0.0) -> Stop | None:
         """Return the stop that the last row requires, or None.
@@ -62,6 +76,7 @@ class Guards:
         layout = history.layout
         time = f"at t = {row[layout.place['time'].start]:.6g} s"
         remedy = "the step is above the stable one (Result.dt_limit): use a smaller dt or cfl < 1"
+        tension = tension_advice(self.scene.bodies)
         if any(self.nonlinear) and not row[layout.place["jacobian_min"]][0] > 0.0:
             law, where = self.worst(step, failing=True)
             if over_limit:
@@ -69,24 +84,25 @@ class Guards:
             from ..kernels.materials import LAWS  # imports Taichi
 
             advice = LAWS[law].refusal or self._against_inversion(history)
+            advice += f"; {tension}" if tension else ""  # beyond it a body expands, and springs back through itself
             return Stop("inverted-cell", f"{where} {time}; {advice}")
         finite = bool(np.isfinite(row[layout.summed]).all())
         energy = layout.stored(row)
-        if not finite or energy > GROWTH * history.budget() + self.floor:
-            what = (
-                "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"
-            )
-            what += "" if not finite else f" the {history.budget():.3g} J that the run started with or was given"
+        if not finite or energy > self._most(history):
+            what = self._growth(energy, history) if finite else "a value is not finite"
             _law, where = self.worst(step)
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"
             if not (finite or over_limit) and history.steps <= AT_ONCE:
                 advice = "look at the units of velocities, loads, gravity and density: no step is small enough"
             elif isinstance(self.scheme, ImplicitScheme):
                 advice = self.scheme.remedy
+            if tension and not over_limit:
+                advice = f"{tension}; if nothing is pulled so far, {advice}"
             return Stop("diverged", f"{what} {time}; {where}; {advice}")
         for state in self.states:
             if state.trouble:
                 where = f"; {self.worst(step)[1]} there" if self.scheme.implicit else ""
+                where += f"; {tension}" if tension else ""
                 return Stop("not-converged", f"{state.plan.label}, {time}: {state.trouble}{where}")
         return None
 

@@ -118,8 +118,8 @@ class Body:
         check_contact(self.images, self.mesh, self.contact_faces, self.contact)
         for name, kind in PARTS.items():
             object.__setattr__(self, name, validate.parts(f"Body.{name}", getattr(self, name), kind))
-        for name in [part.set for part in self.point_masses] + [part.set for part in self.springs]:
-            self.mesh.nodes_of(name)
+        for name in ("supports", "rigid_parts", "point_masses", "springs"):
+            self._check_sets(name)
         self.prescribed  # noqa: B018 - conflicts are found here
         self.tied  # noqa: B018 - and here
         self.initial_velocity  # noqa: B018 - wrong shapes are found here
@@ -127,6 +127,15 @@ class Body:
         for load in self.loads:
             load.check(self.mesh, self.images, self.initial_velocity)
         check_probes(self.probes, self.mesh, self.images, self.blocks)
+
+    def _check_sets(self, name: str) -> None:
+        """Refuse parts of one kind, such as "springs", that name a set which the mesh does not have."""
+        for number, part in enumerate(getattr(self, name)):
+            try:
+                self.mesh.nodes_of(part.set)
+            except InputError as error:
+                remedy = error.remedy if self.name is None else f"no such set of {self.name}; {error.remedy}"
+                raise InputError(f"Body.{name}[{number}].set", part.set, remedy) from error
 
     @cached_property
     def blocks(self) -> tuple[BodyBlock, ...]:

@@ -49,13 +49,13 @@ class MasslessContact:
         validate.choice("removal", self.removal, ("auto", "normal", "full"))
         validate.choice("solver", self.solver, ("auto", "gauss-seidel", "projected-gradient"))
         if self.penalty is not None:
-            validate.number("penalty", self.penalty, low=0.0)
+            validate.keep(self, "penalty", low=0.0)
         validate.whole("depth", self.depth, 1, 1000)
         validate.whole("sweeps", self.sweeps, 1, 10**6)
         if self.tolerance is not None:
-            validate.number("tolerance", self.tolerance, low=0.0)
+            validate.keep(self, "tolerance", low=0.0)
         if self.cell_viscosity is not None:
-            validate.number("MasslessContact.cell_viscosity", self.cell_viscosity, low=0.0, high=1e3, strict=False)
+            validate.keep(self, "MasslessContact.cell_viscosity", low=0.0, high=1e3, strict=False)
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class PenaltyContact:
     stiffness: float
 
     def __post_init__(self) -> None:
-        validate.number("stiffness", self.stiffness, low=0.0)
+        validate.keep(self, "stiffness", low=0.0)
 
 
 @dataclass(frozen=True)

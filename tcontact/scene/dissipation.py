@@ -42,7 +42,7 @@ class MassDamping(Damping):
     name: ClassVar[str] = "mass-damping"
 
     def __post_init__(self) -> None:
-        validate.number("MassDamping.rate", self.rate, low=0.0, high=1e30)
+        validate.keep(self, "MassDamping.rate", low=0.0, high=1e30)
 
     @property
     def factors(self) -> dict[str, float]:
@@ -66,7 +66,7 @@ class BulkViscosity:
     quadratic: float = 1.2
 
     def __post_init__(self) -> None:
-        validate.number("BulkViscosity.linear", self.linear, low=0.0, strict=False)
-        validate.number("BulkViscosity.quadratic", self.quadratic, low=0.0, strict=False)
+        validate.keep(self, "BulkViscosity.linear", low=0.0, strict=False)
+        validate.keep(self, "BulkViscosity.quadratic", low=0.0, strict=False)
         if self.linear == 0.0 and self.quadratic == 0.0:
             raise InputError("BulkViscosity.linear", self.linear, "both parts are 0; give Scene(viscosity=None)")

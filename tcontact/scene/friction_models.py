@@ -52,16 +52,16 @@ class Coulomb:
                 if value is not None:
                     remedy = "leave it out beside a coefficient, or give static and kinetic (and decay) without one"
                     raise InputError(f"Coulomb.{name}", value, remedy)
-            validate.number("Coulomb.coefficient", self.coefficient, low=0.0, strict=False)
+            validate.keep(self, "Coulomb.coefficient", low=0.0, strict=False)
         else:
             for name, value in falling.items():
                 if value is None and name == "decay":
                     continue
                 if value is None:
                     raise InputError(f"Coulomb.{name}", None, "static and kinetic come together: give a number")
-                validate.number(f"Coulomb.{name}", value, low=0.0, strict=name == "decay")
+                validate.keep(self, f"Coulomb.{name}", low=0.0, strict=name == "decay")
         if self.limit is not None:
-            validate.number("Coulomb.limit", self.limit, low=0.0)
+            validate.keep(self, "Coulomb.limit", low=0.0)
 
 
 @dataclass(frozen=True)
@@ -113,8 +113,8 @@ class RegularizedCoulomb:
     slip_speed: float
 
     def __post_init__(self) -> None:
-        validate.number("RegularizedCoulomb.coefficient", self.coefficient, low=0.0, strict=False)
-        validate.number("RegularizedCoulomb.slip_speed", self.slip_speed, low=0.0)
+        validate.keep(self, "RegularizedCoulomb.coefficient", low=0.0, strict=False)
+        validate.keep(self, "RegularizedCoulomb.slip_speed", low=0.0)
 
 
 @dataclass(frozen=True)
@@ -155,17 +155,17 @@ class FrictionLayer:
                 "FrictionLayer.material", self.material, "give a friction_layer.Metal, such as STAINLESS_304"
             )
         name = "FrictionLayer."
-        validate.number(name + "coefficient", self.coefficient, low=0.0, strict=False)
+        validate.keep(self, name + "coefficient", low=0.0, strict=False)
         validate.whole(name + "points", self.points, 3, 10**5)
-        validate.number(name + "grading", self.grading, low=1.0, strict=False)
-        validate.number(name + "thickness", self.thickness, low=THINNEST, high=THICKEST)
-        validate.number(name + "heat_share", self.heat_share, low=0.0, high=1.0, strict=False)
-        validate.number(name + "plastic_heat", self.plastic_heat, low=0.0, high=1.0, strict=False)
-        validate.number(name + "initial_temperature", self.initial_temperature, low=0.0, strict=False)
+        validate.keep(self, name + "grading", low=1.0, strict=False)
+        validate.keep(self, name + "thickness", low=THINNEST, high=THICKEST)
+        validate.keep(self, name + "heat_share", low=0.0, high=1.0, strict=False)
+        validate.keep(self, name + "plastic_heat", low=0.0, high=1.0, strict=False)
+        validate.keep(self, name + "initial_temperature", low=0.0, strict=False)
         validate.choice(name + "method", self.method, METHODS)
         if not isinstance(self.reload, bool):
             raise InputError(name + "reload", self.reload, "give True or False")
-        validate.number(name + "tolerance", self.tolerance, low=0.0)
+        validate.keep(self, name + "tolerance", low=0.0)
         validate.whole(name + "substeps", self.substeps, 1, 10**6)
         if self.initial_temperature >= self.material.melting_temperature:
             raise InputError(

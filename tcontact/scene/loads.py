@@ -59,7 +59,7 @@ class Load:
                 other = "(positions, velocities, time)" if self.kind == "force" else "(t, x)"
                 raise InputError(field, self.value, f"give a function of (t), or of {other}")
         elif self.kind == "pressure":
-            validate.number(field, self.value)
+            validate.keep(self, field)
         else:
             object.__setattr__(self, self.kind, validate.vector(field, self.value))
 

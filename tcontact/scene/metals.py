@@ -27,8 +27,8 @@ class LinearHardening:
     modulus: float = 0.0
 
     def __post_init__(self) -> None:
-        validate.number("yield_stress", self.yield_stress, low=0.0)
-        validate.number("modulus", self.modulus, low=0.0, strict=False)
+        validate.keep(self, "yield_stress", low=0.0)
+        validate.keep(self, "modulus", low=0.0, strict=False)
 
 
 @dataclass(frozen=True)
@@ -51,14 +51,14 @@ class JohnsonCook:
     reference_rate: float = 1.0
 
     def __post_init__(self) -> None:
-        validate.number("yield_stress", self.yield_stress, low=0.0)
-        validate.number("hardening_exponent", self.hardening_exponent, low=0.0)
-        validate.number("hardening_exponent", self.hardening_exponent, high=1.0, strict=False)
+        validate.keep(self, "yield_stress", low=0.0)
+        validate.keep(self, "hardening_exponent", low=0.0)
+        validate.keep(self, "hardening_exponent", high=1.0, strict=False)
         for name in ("hardening", "rate_factor", "reference_temperature"):
-            validate.number(name, getattr(self, name), low=0.0, strict=False)
+            validate.keep(self, name, low=0.0, strict=False)
         for name in ("softening_exponent", "reference_rate"):
-            validate.number(name, getattr(self, name), low=0.0)
-        validate.number("melting_temperature", self.melting_temperature, low=self.reference_temperature)
+            validate.keep(self, name, low=0.0)
+        validate.keep(self, "melting_temperature", low=self.reference_temperature)
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,10 @@ class MieGrueneisen:
     sound_speed: float | None = None
 
     def __post_init__(self) -> None:
-        validate.number("MieGrueneisen.slope", self.slope, low=0.0, strict=False)
-        validate.number("MieGrueneisen.gamma", self.gamma, low=0.0, strict=False)
+        validate.keep(self, "MieGrueneisen.slope", low=0.0, strict=False)
+        validate.keep(self, "MieGrueneisen.gamma", low=0.0, strict=False)
         if self.sound_speed is not None:
-            validate.number("MieGrueneisen.sound_speed", self.sound_speed, low=0.0)
+            validate.keep(self, "MieGrueneisen.sound_speed", low=0.0)
 
 
 Hardening = LinearHardening | SteinbergGuinan | JohnsonCook
@@ -121,10 +121,10 @@ class ElastoPlastic(Hookean):
                 self.hardening,
                 "give LinearHardening(yield_stress, modulus), SteinbergGuinan(...), JohnsonCook(...) or a Metal",
             )
-        validate.number("ElastoPlastic.heat_share", self.heat_share, low=0.0, high=1.0, strict=False)
+        validate.keep(self, "ElastoPlastic.heat_share", low=0.0, high=1.0, strict=False)
         if self.specific_heat is not None:
-            validate.number("ElastoPlastic.specific_heat", self.specific_heat, low=0.0)
-        validate.number("ElastoPlastic.initial_temperature", self.initial_temperature, low=0.0, strict=False)
+            validate.keep(self, "ElastoPlastic.specific_heat", low=0.0)
+        validate.keep(self, "ElastoPlastic.initial_temperature", low=0.0, strict=False)
         if not isinstance(self.pressure, MieGrueneisen):
             validate.choice("ElastoPlastic.pressure", self.pressure, EQUATIONS_OF_STATE)
         else:
@@ -170,7 +170,7 @@ class ElastoPlastic(Hookean):
     def lame_lambda(self) -> float:
         """First Lame constant at small strains [Pa]; a sound speed of the shock curve sets the bulk modulus."""
         speed = getattr(self.pressure, "sound_speed", None)
-        return super().lame_lambda if speed is None else self.density * speed**2 - 2.0 / 3.0 * self.lame_mu
+        return super().lame_lambda if speed is None else self.density * speed * speed - 2.0 / 3.0 * self.lame_mu
 
     @property
     def barotropic(self) -> bool:  # type: ignore[override]

@@ -60,12 +60,12 @@ class OwnMaterial(LameMaterial):
     @property
     def parameters(self) -> tuple[float, ...]:
         """Constants for the kernels: those of the law, then the largest modulus of a plane wave [Pa]."""
-        return (*(getattr(self, name) for name in self.order), self._moduli.wave)  # type: ignore[attr-defined]
+        return (*(getattr(self, name) for name in self.order), self.wave_modulus)
 
     @property
-    def wave_speed(self) -> float:
-        """Speed of the fastest plane wave at small strains [m/s]."""
-        return float((self._moduli.wave / self.density) ** 0.5)  # type: ignore[attr-defined]
+    def wave_modulus(self) -> float:
+        """Modulus of the stiffest plane wave at small strains [Pa]; lambda + 2 mu of an isotropic law."""
+        return self._moduli.wave  # type: ignore[attr-defined]
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return what another process, which has registered the law too, makes the material from."""

@@ -82,7 +82,7 @@ class Scene:
                 "Scene.obstacles", self.obstacles, "give a list of obstacles, for example tcontact.Plane(...)"
             )
         object.__setattr__(self, "obstacles", tuple(obstacles))
-        validate.number("Scene.duration", self.duration, low=0.0)
+        validate.keep(self, "Scene.duration", low=0.0)
         if callable(self.gravity):
             self.gravity_function.at(np.zeros(1))
         elif self.gravity is not None:

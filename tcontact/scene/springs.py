@@ -28,7 +28,7 @@ class PointMass:
 
     def __post_init__(self) -> None:
         _check_set("PointMass.set", self.set)
-        validate.number("PointMass.mass", self.mass, low=0.0)
+        validate.keep(self, "PointMass.mass", low=0.0)
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Spring:
     def __post_init__(self) -> None:
         _check_set("Spring.set", self.set)
         for field in ("stiffness", "damping"):
-            validate.number(f"Spring.{field}", getattr(self, field), low=0.0, strict=False)
+            validate.keep(self, f"Spring.{field}", low=0.0, strict=False)
         if self.stiffness == 0.0 and self.damping == 0.0:
             raise InputError("Spring.stiffness", self.stiffness, "the damping is 0 too; give one of the two")
         words = isinstance(self.to, (list, tuple)) and len(self.to) == 2 and all(isinstance(w, str) for w in self.to)
@@ -69,7 +69,7 @@ class Spring:
         if not known or len(set(self.axes or "")) != len(self.axes or ""):
             raise InputError("Spring.axes", self.axes, "give distinct letters out of 'xyz', for example 'z' or 'xy'")
         if self.rest_length is not None:
-            validate.number("Spring.rest_length", self.rest_length, low=0.0, strict=False)
+            validate.keep(self, "Spring.rest_length", low=0.0, strict=False)
             if self.directions:
                 remedy = "a spring along axes is free of force at the start; leave it out, or axes, and give to"
                 raise InputError("Spring.rest_length", self.rest_length, remedy)
@@ -128,17 +128,17 @@ def springs_of(scene: Any) -> Iterator[SceneSpring]:
     for index, body in enumerate(scene.bodies):
         for number, spring in enumerate(body.springs):
             field = f"Scene.bodies[{index}].springs[{number}]"
-            first = _end(scene, index, spring.set)
+            first = _end(scene, index, spring.set, f"{field}.set")
             other = spring.to
             if isinstance(other, str):
-                second = _end(scene, index, other)
+                second = _end(scene, index, other, f"{field}.to")
             elif other is None or isinstance(other[0], float):
                 place = first.start if other is None else np.array(other)
                 second = End(None, np.zeros(0, dtype=np.int64), place, place)
             else:
                 if other[0] not in labels:
                     raise InputError(f"{field}.to", other, f"no such body; use one of {', '.join(labels)}")
-                second = _end(scene, labels[other[0]], other[1])
+                second = _end(scene, labels[other[0]], other[1], f"{field}.to")
             found = SceneSpring(f"{scene.label(index)}-{spring.set}", spring, (first, second))
             if not spring.directions and np.linalg.norm(found.rest) <= SHORT * body.mesh.size:
                 remedy = "both ends start at one place, so that the line between them has no direction; give axes"
@@ -162,9 +162,13 @@ def with_spring_speeds(bodies: Sequence[Any], springs: Sequence[SceneSpring]) ->
     return tuple(result)
 
 
-def _end(scene: Any, index: int, name: str) -> End:
+def _end(scene: Any, index: int, name: str, field: str) -> End:
+    """Return the end of a spring at a set of a body. Raises `InputError` with the field that names the set."""
     body = scene.bodies[index]
-    nodes, images = body.mesh.nodes_of(name), body.images
+    try:
+        nodes, images = body.mesh.nodes_of(name), body.images
+    except InputError as error:
+        raise InputError(field, name, f"no such set of {scene.label(index)}; {error.remedy}") from error
     places, starts = body.mesh.nodes_at(nodes), body.initial_at(nodes)
     if images is None:
         return End(index, nodes, places.mean(axis=0), starts.mean(axis=0))

@@ -64,9 +64,10 @@ class Support:
         if callable(value):
             return
         if not validate.shape_of(field, value, "give one number, one for each axis, or a function of time"):
-            validate.number(field, value)
+            validate.keep(self, field)
         else:
-            validate.floats(field, value, (len(self.axes),))
+            found = tuple(validate.floats(field, value, (len(self.axes),)).tolist())
+            object.__setattr__(self, field.rpartition(".")[2], found)
 
     @property
     def varies(self) -> bool:

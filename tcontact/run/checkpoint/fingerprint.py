@@ -8,6 +8,7 @@ the run are compared besides (`obstacles.call_record`).
 
 from __future__ import annotations
 
+import ast
 import hashlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
@@ -64,7 +65,17 @@ def fingerprint(scene: Scene, scheme: Any, samples: int = SAMPLES, rounded: bool
 def differences(stored: Mapping[str, str], present: Mapping[str, str]) -> list[str]:
     """Return the names of the properties in which two fingerprints differ."""
     names = [*stored, *(name for name in present if name not in stored)]
-    return [name for name in names if stored.get(name) != present.get(name)]
+    return [name for name in names if not _equal(stored.get(name), present.get(name))]
+
+
+def _equal(first: str | None, second: str | None) -> bool:
+    """Return whether two texts are equal, or tell the same numbers: 1000 and 1000.0 are one."""
+    if first == second or first is None or second is None:
+        return first == second
+    try:
+        return bool(ast.literal_eval(first) == ast.literal_eval(second))
+    except (ValueError, SyntaxError, RecursionError, MemoryError):  # no numbers
+        return False
 
 
 def compare(stored: Mapping[str, str], present: Mapping[str, str]) -> None:

@@ -31,7 +31,7 @@ class Checkpoint:
         if self.every_seconds is None and self.every_steps is None:
             raise InputError("checkpoint", None, "give every_seconds or every_steps")
         if self.every_seconds is not None:
-            validate.number("checkpoint.every_seconds", self.every_seconds, low=0.0)
+            validate.keep(self, "checkpoint.every_seconds", low=0.0)
         if self.every_steps is not None:
             validate.whole("checkpoint.every_steps", self.every_steps, 1)
         validate.flag("checkpoint.keep", self.keep)

@@ -79,10 +79,14 @@ class Obstacle:
 
     def inertia_about_center(self) -> np.ndarray:
         """Return the inertia [3, 3] [kg m^2] of a free obstacle in the world at t = 0. Raises `InputError`."""
-        given = self.solid_inertia() if self.inertia is None else self.inertia
+        with np.errstate(over="ignore", invalid="ignore"):  # refused below
+            given = self.solid_inertia() if self.inertia is None else self.inertia
         if given is None:
             remedy = "only balls and blocks have one of their own; give it, about the reference point"
             raise InputError(f"{type(self).__name__}.inertia", None, remedy)
+        if not np.isfinite(given).all():
+            remedy = "its moment of inertia is too large for a number; look at the units of mass and size"
+            raise InputError(f"{type(self).__name__}.mass", self.mass, remedy)
         return inertia_matrix(given, self.frame)
 
     def solid_inertia(self) -> Any:

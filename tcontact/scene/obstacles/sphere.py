@@ -33,7 +33,7 @@ class Sphere(Obstacle):
 
     def solid_inertia(self) -> float | None:
         """Return 2/5 m r^2 of the ball; None for a shell."""
-        return None if self.inside or self.mass is None else 0.4 * self.mass * self.radius**2
+        return None if self.inside or self.mass is None else 0.4 * self.mass * self.radius * self.radius
 
     @property
     def reference(self) -> np.ndarray:

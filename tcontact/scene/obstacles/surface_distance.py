@@ -26,7 +26,7 @@ def sample_surface(
     """
     validate.whole("cells", cells, 4)
     if margin is not None:
-        validate.number("margin", margin, low=0.0)
+        margin = validate.number("margin", margin, low=0.0)
     points, triangles = closed_surface(surface, scale)
     low, high = points.min(axis=0), points.max(axis=0)
     spacing = float((high - low).max()) / cells

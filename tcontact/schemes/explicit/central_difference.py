@@ -42,9 +42,9 @@ class CentralDifference:
 
     def __post_init__(self) -> None:
         if self.cfl is not None:
-            validate.number("cfl", self.cfl, low=0.0)
+            validate.keep(self, "cfl", low=0.0)
         if self.dt is not None:
-            validate.number("dt", self.dt, low=0.0)
+            validate.keep(self, "dt", low=0.0)
             if self.cfl is not None:
                 raise InputError("dt", self.dt, f"cfl = {self.cfl:g} is given too; give one of the two")
 

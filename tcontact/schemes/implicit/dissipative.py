@@ -30,7 +30,7 @@ class Dissipative(ImplicitScheme):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        validate.number("chi", self.chi, low=0.0, strict=False)
+        validate.keep(self, "chi", low=0.0, strict=False)
 
     @property
     def hourglass_level(self) -> float:

@@ -28,7 +28,7 @@ class HilberHughesTaylor(ImplicitScheme):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        validate.number("alpha", self.alpha, low=-1.0 / 3.0, high=0.0, strict=False)
+        validate.keep(self, "alpha", low=-1.0 / 3.0, high=0.0, strict=False)
 
     @property
     def beta(self) -> float:
@@ -57,7 +57,7 @@ class HilberHughesTaylor(ImplicitScheme):
 
     def inertia(self, dt: float, v0: np.ndarray, a0: np.ndarray) -> tuple[float, np.ndarray]:
         """Return c and b of the acceleration a1 = c d - b."""
-        return 1.0 / (self.beta * dt**2), v0 / (self.beta * dt) + (0.5 / self.beta - 1.0) * a0
+        return 1.0 / (self.beta * dt * dt), v0 / (self.beta * dt) + (0.5 / self.beta - 1.0) * a0
 
     def motion(self, dt: float, d: np.ndarray, v0: np.ndarray, a0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return velocity and acceleration of Newmark's formulas."""

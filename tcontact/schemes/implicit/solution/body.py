@@ -85,6 +85,7 @@ class ImplicitBody:
         self.reproject = self.massless and scheme.reprojects
         self.statics = self._statics() if self.massless else None
         self.depth, self.good = 0, 0
+        self.failed: Level | None = None  # where the part of a step began that did not converge
         # contact force, reaction and loads of the step before, of which v1 - v0 takes a share under some schemes
         self.before = self.at_rest(0.0).forces
 
@@ -101,7 +102,7 @@ class ImplicitBody:
     @property
     def _modulus(self) -> float:
         """The largest lambda + 2 mu of its materials [Pa]."""
-        return max(material.density * material.wave_speed**2 for material in self.plan.body.materials)
+        return max(material.wave_modulus for material in self.plan.body.materials)
 
     def _statics(self) -> tuple[StaticEquations, object]:
         """Return the static problem of the massless components alone, and its solver."""
@@ -234,7 +235,9 @@ class ImplicitBody:
                 level, taken = self.take(level, dt * share / full)
             except NotConverged as error:
                 if self.depth == DEEPEST:
-                    raise NotConverged(f"also with a step of {dt * share / full:.3g} s: {error}") from error
+                    self.failed = level
+                    later = f"{dt * done / full:.6g} s later, " if done else ""
+                    raise NotConverged(f"{later}also with a step of {dt * share / full:.3g} s: {error}") from error
                 self.depth, self.good = self.depth + 1, 0
                 continue
             parts.append(self._blended(taken))

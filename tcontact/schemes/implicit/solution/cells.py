@@ -16,7 +16,6 @@ from ....device import arrays
 from ....device.launch import Prepared
 from ....mesh.elements import HEX_CORNERS, shape_functions
 from ....scene.cell_blocks import BodyBlock
-from ....scene.materials import Material
 from .sparsity import Sparsity, sparsity_of
 
 
@@ -46,14 +45,8 @@ def points_of(block: BodyBlock, reference: np.ndarray, cells: np.ndarray) -> Poi
     modes = np.stack([r[:, 0] * r[:, 1], r[:, 0] * r[:, 2], r[:, 1] * r[:, 2], r.prod(axis=1)])  # [4, a]
     twist = np.einsum("ha,mad->mhd", modes, corners - corners[:, :1])
     gammas = modes - np.einsum("mhd,mad->mha", twist, mean)
-    kappa = HOURGLASS * stiff_modulus(block.material) * volume * (mean**2).sum(axis=(1, 2)) / 8.0
+    kappa = HOURGLASS * block.material.wave_modulus * volume * (mean**2).sum(axis=(1, 2)) / 8.0
     return Points(mean[:, None], volume[:, None], kappa[:, None, None] * np.einsum("mha,mhb->mab", gammas, gammas))
-
-
-def stiff_modulus(material: Material) -> float:
-    """Return lam + 2 mu of the hourglass stiffness [Pa], as in the explicit kernels."""
-    parameters = material.parameters
-    return parameters[0] + 2.0 * parameters[1]
 
 
 class Cells:

@@ -50,7 +50,7 @@ class ImplicitRule:
             )
         for field in ("dt", "cfl", "rtol"):
             if getattr(self, field) is not None:
-                validate.number(field, getattr(self, field), low=0.0, high=1e-2 if field == "rtol" else None)
+                validate.keep(self, field, low=0.0, high=1e-2 if field == "rtol" else None)
         if self.dt is not None and self.cfl is not None:
             raise InputError("dt", self.dt, f"cfl = {self.cfl:g} is given too; give one of the two")
         validate.whole("iterations", self.iterations, 1)
@@ -117,7 +117,7 @@ class ImplicitRule:
 
     def inertia(self, dt: float, v0: np.ndarray, a0: np.ndarray) -> tuple[float, np.ndarray]:
         """Return c [1/s^2] and b [n, 3] [m/s^2]."""
-        return 2.0 / dt**2, 2.0 / dt * v0
+        return 2.0 / (dt * dt), 2.0 / dt * v0
 
     def motion(self, dt: float, d: np.ndarray, v0: np.ndarray, a0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return velocity and acceleration after the step, [n, 3]."""

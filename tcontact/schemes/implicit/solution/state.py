@@ -139,7 +139,8 @@ class ImplicitState(ChosenNodes):
         try:
             level, taken = self.body.advance(self.level, dt)
         except NotConverged as error:
-            self.contact.trouble = f"Newton's method did not converge in the step: {error}; {self.body.scheme.remedy}"
+            remedy = self.body.scheme.remedy
+            self.contact.trouble = f"Newton's method did not converge in the step from there: {error}; {remedy}"
             return 1
         if self.body.massless:
             self._massless = self._of_massless((level.u - self.level.u) / dt)
@@ -239,8 +240,9 @@ class ImplicitState(ChosenNodes):
         return np.asarray(arrays.get(self.u).reshape(-1, 3) if self.level is None else self.level.u)
 
     def displacement_before(self, step: float) -> np.ndarray:
-        """Return the displacement [n, 3] [m] at the last row; step [s]: the step since that row."""
-        return self.plan.to_user(arrays.get(self.u).reshape(-1, 3))
+        """Return the displacement [n, 3] [m] at the last row, or where a part of the step from it did not converge."""
+        failed = self.body.failed
+        return self.plan.to_user(arrays.get(self.u).reshape(-1, 3) if failed is None else failed.u)
 
     def half_step_velocity(self) -> np.ndarray:
         """Return the velocity [n, 3] of the level, internal numbering."""
