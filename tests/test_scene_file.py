@@ -148,7 +148,7 @@ type = "Plane"
 BAD = {
     "typo": ("young", "yuong", "did you mean 'young'"),
     "key": ("duration", "span = 1\nduration", "span = 1: unknown key; known are "),
-    "near key": ("duration", "frictoin = 1\nduration", "unknown key; did you mean 'friction'? known are "),
+    "near key": ("duration", "frictoin = 1\nduration", "unknown key; did you mean 'friction'? Known are "),
     "law": ('"NeoHookean"', '"Rubber"', "NeoHookean"),
     "no type": ('type = "Plane"', "", "obstacles[0].type"),
     "no duration": ("duration = 1e-5", "", "duration"),

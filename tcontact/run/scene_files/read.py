@@ -342,10 +342,6 @@ def check_keys(place: str, data: dict[str, Any], known: Iterable[str]) -> None:
     for key in data:
         if key not in words:
             where = f"{place}.{key}" if place else key
-<<<<<<< HEAD
-            raise InputError(where, data[key], f"unknown key; {hint(key, words)}known are {', '.join(words)}")
-=======
             meant = hint(key, words)
             known_are = f"{meant}Known are" if meant else "known are"
             raise InputError(where, data[key], f"unknown key; {known_are} {', '.join(words)}")
->>>>>>> 812dcd92bbf9dd36b2c3f0742fe7627d42495711
