@@ -83,8 +83,8 @@ def render_frames(
         stages.say("drawing")
         eye = _eye(studio, view, camera)
         filmed = animation and (can_film() if video is None else video)
-        earlier = any((out / "frames").glob("frame-[0-9]*.png"))
         with written_to(out):
+            earlier = any((out / "frames").glob("frame-[0-9]*.png"))
             written = _written(studio, field, limits, eye, out, fps, animation, filmed)
             if studio.names and field != "body":
                 path = out / "bodies.png"
