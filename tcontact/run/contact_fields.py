@@ -28,24 +28,24 @@ class ContactFields:
         both = [self._of(number) for number in range(len(self._states))]
         return LateField(tuple(force for force, _ in both)), LateField(tuple(pressure for _, pressure in both))
 
-    @staticmethod
-    def _contact_nodes(state: BodyView) -> np.ndarray:
+    def _contact_nodes(self, state: BodyView) -> np.ndarray:
         """Return the nodes of the user to which `_values` belong; all of a body with periodic images."""
         plan = state.plan
         if plan.images is not None:
             return np.arange(len(plan.reference))
         if plan.contact is None:
             return np.empty(0, np.int64)
-        return np.concatenate([plan.node_order[plan.contact.nodes], state.held_masters()[0]])
+        nodes = plan.node_order[plan.contact.nodes]
+        return np.concatenate([nodes, state.held_masters()[0]]) if self._paired else nodes
 
-    @staticmethod
-    def _values(state: BodyView) -> np.ndarray:
+    def _values(self, state: BodyView) -> np.ndarray:
         """Return the contact force [k, 3] of the nodes."""
         if state.plan.images is not None:
             return state.contact_force()
         if state.plan.contact is None:
             return np.zeros((0, 3))
-        return np.concatenate([state.contact_node_force(), state.held_masters()[1]])
+        force = state.contact_node_force()
+        return np.concatenate([force, state.held_masters()[1]]) if self._paired else force
 
     def _of(self, number: int) -> tuple[Part, Part]:
         """Return force and pressure of a body."""
