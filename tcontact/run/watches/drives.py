@@ -74,6 +74,11 @@ class Drives:
         self._known, self._step = -np.inf, 0.0
         self.fastest, self.strongest, self.obstacle = 0.0, 0.0, 0.0
 
+    @property
+    def some(self) -> bool:
+        """Whether anything drives a body."""
+        return self._unbounded or any(self._of_body) or self._always > 0.0 or self._gravity > 0.0
+
     def ask(self, time: float, step: float, arm: float = 0.0) -> None:
         """Ask about the rows from a time [s] on; step [s]: between them; arm [m]: from obstacles to bodies, at most."""
         if time + self._rows * step <= self._known and step <= self._step:

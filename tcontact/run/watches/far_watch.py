@@ -12,7 +12,7 @@ from ...scene.contact_models import MasslessContact
 from ...scene.reach import within_reach
 from ..guards import Stop
 from ..watched import Run
-from .pace import FARTHER, NodePace
+from .pace import NodePace
 from .path_watch import RARELY, Crossing, times_to_come
 
 
@@ -65,5 +65,5 @@ class FarWatch:
             ahead.append((0.5 * gap, crossing.speed_to_come(times_to_come(run, time, step))))
         self._pace.follow(largest, time + step, step)
         wait = min(self._pace.rows(room, step, faster) for room, faster in ahead)
-        self.due, self._seen = row + max(1, int(min(wait, RARELY, FARTHER * rows))), row
+        self.due, self._seen = row + max(1, int(min(wait, self._pace.most(rows, RARELY)))), row
         return None

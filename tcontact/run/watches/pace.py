@@ -101,6 +101,7 @@ class NodePace:
     def __init__(self, run: Run, rows: int) -> None:
         self._drives = Drives(run, rows, obstacles=False)
         self._wave = max(body.wave_speed for body in run.scene.bodies)
+        self._starts = self._drives.some or any(body.displacement is not None for body in run.scene.bodies)
         self._before, self.fastest = 0.0, 0.0
 
     def follow(self, travel: float, time: float, step: float) -> None:
@@ -109,6 +110,13 @@ class NodePace:
             self.fastest = max(self.fastest, travel / (time - self._before))
         self._before = time
         self._drives.ask(time, step)
+
+    def most(self, rows: int, rarely: int) -> float:
+        """Return the most rows until the next look, after so many: what may accelerate is followed from look to look.
+
+        rarely: the most where nothing drives the bodies, none starts deformed and something moves already.
+        """
+        return min(rarely, FARTHER * rows) if self._starts or self.fastest == 0.0 else rarely
 
     def rows(self, distance: float, step: float, obstacle: float) -> float:
         """Return the rows in which a node can move by a distance > 0 [m]; obstacle [m/s]: its speed to come."""

@@ -21,7 +21,7 @@ from ...scene.obstacles.thickness import half_thickness_of_grid
 from ...schemes.explicit.body_view import BodyView
 from ..guards import Stop
 from ..watched import Run
-from .pace import FARTHER, NodePace
+from .pace import NodePace
 
 RARELY = 256  # rows between looks for nodes that are slow or far from the obstacle
 SURFACE = 1e-6  # gap over half the thickness that counts as closed
@@ -177,7 +177,7 @@ class PathWatch:
                 ahead.append((allowed, crossing.speed_to_come(times_to_come(run, time, step))))
         self._pace.follow(largest, time + step, step)
         wait = min((self._pace.rows(allowed, step, faster) for allowed, faster in ahead), default=float(RARELY))
-        self.due, self._seen = row + max(1, int(min(wait, RARELY, FARTHER * rows))), row
+        self.due, self._seen = row + max(1, int(min(wait, self._pace.most(rows, RARELY)))), row
         return None
 
 
