@@ -10,7 +10,7 @@ is written in every step before it is read.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -88,6 +88,7 @@ def restore_parts(run: Run, planned: Plan, stored: Sequence[store.Stored], team:
         if copied[number]:
             part = None if parts is None else parts[number]
             of_pairs(run.domains[number], cut, part, f"domains.{number}.contact.pairs", found)
+    made |= _of_contact_nodes(run, found, shapes)
     for path, value in found.items():
         if path not in made and shapes.get(path) not in (None, value.shape):
             text = f"as {path} stands in another order there"
@@ -108,6 +109,21 @@ def restore_parts(run: Run, planned: Plan, stored: Sequence[store.Stored], team:
     if has_state(planned.scene):
         for number, cut in enumerate(cuts):
             _restore_points(run, number, cut, stored)
+
+
+def _of_contact_nodes(run: Run, found: Mapping[str, np.ndarray], shapes: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """Return by path the contact forces where masters that supports hold stand behind those of the contact nodes.
+
+    Every part has other boundary nodes; the next row sets the forces on these.
+    """
+    result = {}
+    for number, state in enumerate(run.domains):
+        path = f"domains.{number}.contact.contact_force"
+        if state.contact is not None and path in found and shapes.get(path) not in (None, found[path].shape):
+            count = state.contact.contact_node_forces().size
+            result[path] = np.zeros(shapes[path])
+            result[path][:count] = found[path][:count]
+    return result
 
 
 def _is_taken(path: str, leads: bool, several: Sequence[bool], copied: Sequence[bool]) -> bool:
