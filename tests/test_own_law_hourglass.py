@@ -35,7 +35,10 @@ def test_explicit_and_implicit_steps_store_the_same_energy():
 
 @pytest.mark.filterwarnings("ignore::tcontact.HourglassWarning")
 def test_an_implicit_run_does_not_depend_on_the_order_of_the_parameters():
-    """The same energy with its parameters named in two orders, lam + 2 mu and lam + 2 fibre first: 3.3 times apart."""
+    """One energy whose parameters are named in two orders gives one run.
+
+    The first two of them would give the moduli lam + 2 mu and lam + 2 fibre, which are 3.3 times apart.
+    """
     found = []
     for name, backwards in (("HourglassFibre", False), ("HourglassFibreBackwards", True)):
         body = tc.Body(

@@ -21,6 +21,7 @@ from ...scene.obstacles import Obstacle
 from ...scene.scene import Scene
 from ..chosen_nodes import ChosenNodes
 
+NO_MASTERS = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)  # nodes, forces and areas of `held_masters`
 COVERED = 0.05  # least area of a contact pressure between bodies over the weight of its node
 
 
@@ -175,7 +176,7 @@ class BodyView(ChosenNodes):
         term, contact = self.state.contact, self.plan.contact
         held = np.zeros(0, np.int64) if contact is None else held_nodes(contact)
         if term is None or contact is None or term.pairs is None or not len(held):
-            return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
+            return NO_MASTERS
         places = term.pairs.places_of(self._nodes.start + held)
         least = COVERED * float(contact.areas.mean()) if len(contact.areas) else 0.0
         areas = np.maximum(term.pairs.covered_areas()[places], least)

@@ -26,7 +26,7 @@ from ...scene.contact_models import MasslessContact
 from ...scene.friction_models import FrictionLayer
 from ...scene.obstacles import Obstacle
 from ..chosen_nodes import Chosen
-from .body_view import COVERED, BodyView, Stepped
+from .body_view import COVERED, NO_MASTERS, BodyView, Stepped
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +213,7 @@ class RankView(BodyView):
             contact = self.plan.contact
             paired = contact is not None and bool(self.state.part.whole.pairs)
             covered = self.shared_cover() if paired else np.zeros(0)
-            held, _, areas = self.shared_held_masters() if paired else (np.zeros(0, np.int64), None, np.zeros(0))
+            held, _, areas = self.shared_held_masters() if paired else NO_MASTERS
             if not self.team.leads:
                 return np.zeros(0)
             result = self.plan.contact_areas()
@@ -239,14 +239,14 @@ class RankView(BodyView):
         if self._shared:
             return self.shared_held_masters()
         found = self._of_first(self._of_whole)
-        return (np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)) if found is None else found
+        return NO_MASTERS if found is None else found
 
     @collective
     def shared_held_masters(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return `held_masters` from the lowest rank that knows of any: each has all nodes of the contact set."""
         mine = None if self.own is None else self._of_whole(self.own)
         found = self.team.first_of(mine if mine is not None and len(mine[0]) else None)
-        return (np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)) if found is None else found
+        return NO_MASTERS if found is None else found
 
     def _of_whole(self, own: BodyView) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return `held_masters` of the part, with their numbers in the body."""
