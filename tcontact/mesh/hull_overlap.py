@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .elements import ELEMENTS
-from .triangle_distance import near_boxes
+from .triangle_distance import boxes_of, near_boxes
 
 AT_ONCE = 2048  # pairs of cells at once
 ENOUGH = 1 << 15  # pairs of cells, the deepest boxes first, after which a search that has found some ends
@@ -74,8 +74,9 @@ def overlaps(first: Hulls, second: Hulls, least: float) -> Overlaps:
     All of them, or where they are many the first ones that are found.
     """
     pairs, apart = near_boxes(first.points, second.points, -least)
-    low = np.maximum(first.points.min(axis=1)[pairs[:, 0]], second.points.min(axis=1)[pairs[:, 1]])
-    high = np.minimum(first.points.max(axis=1)[pairs[:, 0]], second.points.max(axis=1)[pairs[:, 1]])
+    (low, high), (other_low, other_high) = boxes_of(first.points), boxes_of(second.points)
+    low = np.maximum(low[pairs[:, 0]], other_low[pairs[:, 1]])
+    high = np.minimum(high[pairs[:, 0]], other_high[pairs[:, 1]])
     pairs = pairs[np.argsort(-(high - low).min(axis=1, initial=np.inf), kind="stable")]
     found = [Overlaps(pairs[:0], apart[:0])]
     for start in range(0, len(pairs), AT_ONCE):

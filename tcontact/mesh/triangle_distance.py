@@ -27,6 +27,15 @@ def smallest_distance(first: np.ndarray, second: np.ndarray, reach: float) -> fl
     return best
 
 
+def boxes_of(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the smallest and the largest coordinates [n, 3] of groups of corners [n, k, 3], k > 0.
+
+    A minimum along a short axis takes ten times as long as one of whole columns.
+    """
+    columns = np.ascontiguousarray(corners.transpose(1, 0, 2))
+    return columns.min(axis=0), columns.max(axis=0)
+
+
 def near_boxes(first: np.ndarray, second: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Return pairs [p, 2] of cells or faces [.., corners, 3] whose boxes come within reach, and their distances [p].
 
@@ -35,8 +44,8 @@ def near_boxes(first: np.ndarray, second: np.ndarray, reach: float) -> tuple[np.
     none = np.zeros((0, 2), dtype=np.int64), np.zeros(0)
     if not len(first) or not len(second):
         return none
-    low_a, high_a = first.min(axis=1) - reach, first.max(axis=1) + reach
-    low_b, high_b = second.min(axis=1), second.max(axis=1)
+    (low_a, high_a), (low_b, high_b) = boxes_of(first), boxes_of(second)
+    low_a, high_a = low_a - reach, high_a + reach
     kept_a = np.flatnonzero(((low_a <= high_b.max(axis=0)) & (high_a >= low_b.min(axis=0))).all(axis=1))
     kept_b = np.flatnonzero(((low_b <= high_a.max(axis=0)) & (high_b >= low_a.min(axis=0))).all(axis=1))
     if not len(kept_a) or not len(kept_b):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...mesh.triangle_distance import boxes_of
 from ...scene.meeting import FACING
 from .surfaces import Facing, area_vectors
 
@@ -20,8 +21,8 @@ def close_faces(facing: Facing, positions: np.ndarray) -> np.ndarray:
     """Return the pairs [p, 2] of a slave face and a master face that may meet, by slave face, then by master face."""
     slave, masters = positions[facing.slave.faces], positions[facing.master_faces]
     inflated = facing.reach + facing.margin
-    low, high = masters.min(axis=1) - inflated, masters.max(axis=1) + inflated
-    own_low, own_high = slave.min(axis=1), slave.max(axis=1)
+    (own_low, own_high), (low, high) = boxes_of(slave), boxes_of(masters)
+    low, high = low - inflated, high + inflated
     near = ((own_high >= low.min(axis=0)) & (own_low <= high.max(axis=0))).all(axis=1)
     there = ((high >= own_low.min(axis=0)) & (low <= own_high.max(axis=0))).all(axis=1)
     mine, theirs = np.flatnonzero(near), np.flatnonzero(there)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...contact.pairs.coupling import FAR
-from ...mesh.triangle_distance import smallest_distance, winding_number
+from ...mesh.triangle_distance import boxes_of, smallest_distance, winding_number
 from ...scene.meeting import FACING
 from ..guards import Stop
 from ..watched import Run
@@ -100,7 +100,7 @@ def _passes(
     """
     (corners, ways), (others, their_ways) = one, other
     normals, theirs = (_unit_normals(triangles) for triangles in (corners, others))
-    low, high = others.min(axis=1), others.max(axis=1)
+    low, high = boxes_of(others)
     mean = their_ways.mean(axis=0)
     spread = float(np.linalg.norm(their_ways - mean, axis=1).max())
     for number in np.flatnonzero(np.einsum("ki,ki->k", normals, ways - mean) + spread > depth):
