@@ -291,6 +291,38 @@ def uneven_laws():
     )
 
 
+def averaged():
+    """Tetrahedra whose volume changes are averaged at nodes: half rubber, half metal, periodic along y.
+
+    A maximum and two probes; one measures stress in the cells of one corner, so that some ranks measure none.
+    """
+    metal = tc.ElastoPlastic(2.3e7, 0.27, 1350.0, tc.LinearHardening(5e4, 1e6), specific_heat=900.0)
+    along = 2.0 * np.pi / SIZE[1]  # what repeats along y alone would have its maximum in several cells
+    body = block(counts=(4, 3, 6), kind="tet4", contact="zmin", velocity=lambda x: np.sin(along * x[:, [1]] + 1.0) - 5.0)
+    centres = body.mesh.cell_centres()
+    sets = {"up": np.flatnonzero(centres[:, 2] > 0.06), "low": np.flatnonzero(centres[:, 2] <= 0.06)}
+    sets["tip"] = np.flatnonzero((centres > 0.75 * SIZE).all(axis=1))
+    laws = {"low": tc.NeoHookean(2.3e7, 0.49, 1350.0), "up": metal}
+    probes = [tc.Probe("tip", "pressure"), tc.Probe("zmax", "velocity")]
+    given = {"mesh": body.mesh.with_sets(cell_sets=sets), "material": laws, "periodic": "y"}
+    contact = tc.MasslessContact(removal="normal", tolerance=EXACT)
+    bodies = [dataclasses.replace(body, probes=probes, **given)]
+    return tc.Scene(bodies, [tc.Plane()], 1.2e-3, contact=contact, friction=tc.Coulomb(0.3), maxima=("pressure",))
+
+
+def bonded():
+    """Averaged tetrahedra of a linear law, held on a side that all ranks have, with bulk viscosity.
+
+    Ranks share the contact of a second body of the same law, whose nodes have their ordinary mass.
+    """
+    law = tc.LinearElastic(2.3e7, 0.49, 1350.0)
+    first = block(law, counts=(4, 3, 6), kind="tet4", velocity=(3.0, 0.0, 0.0))
+    first = dataclasses.replace(first, supports=[tc.Support("xmin", "xyz")], name="first")
+    second = block(law, counts=(3, 3, 4), kind="tet4", at=(0.3, 0.0, 1e-4), contact="zmin", name="second")
+    contact = tc.PenaltyContact(stiffness=2e9)
+    return tc.Scene([first, second], [tc.Plane()], 1.2e-3, contact=contact, viscosity=tc.BulkViscosity())
+
+
 def hung():
     """Ranks share the contact of two bodies that springs and rigid parts hold, with a table of coefficients."""
     coefficients = [[0.4, 0.35, 0.3], [0.3, 0.25, 0.2], [0.1, 0.1, 0.05]]
@@ -362,6 +394,8 @@ EVERY = (
     mashed,
     scraped,
     rubber,
+    averaged,
+    bonded,
 )
 SCENES = {one.__name__: one for one in EVERY}
 SCHEMES = {"crushed": tc.CentralDifference(cfl=0.2), "burst": tc.CentralDifference(dt=1.7e-4)}
@@ -381,6 +415,7 @@ CONTACT_RANKS = {
     "mashed": 3,
     "scraped": 2,
     "rubber": 2,
+    "bonded": 2,
 }  # of the others: as many as the model of the work says
 APART = ("crossed",)  # each body on a rank of its own
 PRESSURES = ("normal", "pushed", "pair", "walls", "crossed")  # their runs keep pressures, and so do one row at a time

@@ -22,7 +22,7 @@ SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 RECUT = ("corner", "pushed", "rigid", "pulled", "varied", "pressed", "crossed", "squeezed", "tied")
 ELSEWHERE = () if SLOW else (*RECUT, "hung", "mashed", "scraped")
 ON_TWO = [name for name in SCENES if name not in ("halves", "springy", "knocked", *ELSEWHERE)]
-SEVERAL = {3: ("normal", "pair", "halves", "springy", "knocked"), 4: ("free", "held", "halves")}
+SEVERAL = {3: ("normal", "pair", "halves", "springy", "knocked", "averaged", "bonded"), 4: ("free", "held", "halves")}
 
 
 @pytest.fixture(scope="module")

@@ -30,6 +30,7 @@ def make_step(
     viscous: bool = False,
     cornered: bool = False,
     mixed: bool = False,
+    apart: bool = False,
 ):
     """Return the step kernel for kinds of cells (element, law), memoised.
 
@@ -37,7 +38,7 @@ def make_step(
     first..end, then the nodes in `ranges` parts (0: none). All arrays are flat; `rows` is zero at the start. For laws
     with state, `commit` follows `ranges`: 1 if the points store their new state.
     damped: name of the damping law (damping.py); viscous: with bulk viscosity; cornered: with contact cells; mixed: in
-    mixed precision (mixed_cells.py).
+    mixed precision (mixed_cells.py); apart: averages of all nodes stand there before (`make_volumes`).
     """
     cell_phase, volume_phase = make_cell_phase(kinds, viscous, cornered, mixed), make_volume_phase(kinds)
     count = len(kinds)
@@ -45,7 +46,10 @@ def make_step(
     @ti.func
     def step_and_commit(first, end, ranges, commit, body: ti.template()):
         if ti.static(body.averaged):
-            volume_phase(first, end, body, GRAIN, ti.min(ranges, 1))
+            last = end
+            if ti.static(apart):
+                last = ti.select(ranges > 0, first, end)
+            volume_phase(first, last, body, GRAIN, ti.min(ranges, 1))
         cell_phase(first, end, body, GRAIN, commit)
         node_phase(body, ranges, count, GRAIN, damped, cornered)
 
@@ -57,3 +61,18 @@ def make_step(
     if any(LAWS[law].state for _, law in kinds):
         return compiled_with(kernel_of(step_and_commit, signature, (*numbers, "commit")), **KEEP_VECTORS)
     return compiled_with(kernel_of(step, signature, numbers), **KEEP_VECTORS)
+
+
+@functools.cache
+def make_volumes(kinds: tuple[tuple[str, str], ...], signature: Signature):
+    """Return the kernel volumes(first, end, *arrays), memoised: the averages of `make_step` with `apart`.
+
+    The volume changes of the cells in chunks first..end are new, those of other cells stand as they are.
+    """
+    volume_phase = make_volume_phase(kinds)
+
+    @ti.func
+    def volumes(first, end, body: ti.template()):
+        volume_phase(first, end, body, GRAIN, 1)
+
+    return compiled_with(kernel_of(volumes, signature, ("first", "end")), **KEEP_VECTORS)

@@ -10,6 +10,7 @@ from ..planning.node_volumes import NodeVolumes, held_nodes, node_volumes
 from ..planning.packing import WIDTH, pack_cells
 from ..scene.body import Body
 from ..scene.cell_blocks import AVERAGED, BodyBlock
+from .shared_volumes import BodyVolumes
 from .stress import States, packed, shown_parameters
 
 AVERAGES = 6  # numbers of a cell averaged at nodes, see kernels/cells/cell_stress.py
@@ -28,11 +29,12 @@ class CellStress:
     It is made only where it is shown, and keeps 56 bytes a cell and 24 a node for each row. Taichi must be running.
     """
 
-    def __init__(self, body: Body, rows: int = 1) -> None:
+    def __init__(self, body: Body, rows: int = 1, shared: BodyVolumes | None = None) -> None:
+        """Prepare for the cells of a body; shared: what the part of a rank shares with others, which call it alike."""
         self._count = body.mesh.cell_count
         self._position = arrays.put(body.mesh.nodes)
         self._u = arrays.zeros(rows * 3 * body.mesh.node_count)
-        self._parts = [_Part(body, block, rows) for block in body.blocks]
+        self._parts = [_Part(body, block, rows, shared) for block in body.blocks]
 
     def __call__(self, displacement: np.ndarray, states: States = None) -> np.ndarray:
         """Return six components of the stress and its von Mises norm [rows, m, 7] [Pa] of all cells.
@@ -56,7 +58,7 @@ class CellStress:
 class _Part:
     """The cells of one block, packed."""
 
-    def __init__(self, body: Body, block: BodyBlock, rows: int) -> None:
+    def __init__(self, body: Body, block: BodyBlock, rows: int, shared: BodyVolumes | None) -> None:
         from ..kernels.cells.cell_stress import make_cell_stress
         from ..kernels.elements import FUNCTIONS
         from ..kernels.materials import LAWS
@@ -64,7 +66,7 @@ class _Part:
         packs = pack_cells(block.cells, body.mesh.node_count, WIDTH)
         self.block, self._packs = block, packs.lanes // WIDTH
         numbers = FUNCTIONS[block.element].points * len(LAWS[block.material.law].state)
-        self._averages = _Averages(body, block) if block.formulation == AVERAGED else None
+        self._averages = _Averages(body, block, shared) if block.formulation == AVERAGED else None
         self._cells = arrays.share(packs.connectivity)
         self._parameters = arrays.put(np.array(shown_parameters(block)))
         self._memory = arrays.zeros(packs.lanes * numbers)
@@ -93,13 +95,15 @@ class _Part:
 class _Averages:
     """Volume changes of the cells of a block, averaged at the nodes (elements/tet4_node_averaged.py)."""
 
-    def __init__(self, body: Body, block: BodyBlock) -> None:
+    def __init__(self, body: Body, block: BodyBlock, shared: BodyVolumes | None) -> None:
         from ..kernels.cells.cell_stress import make_volume_change
 
         master = None if body.images is None else body.images.master
-        self._own: NodeVolumes = node_volumes(body.mesh.nodes, block.cells, held_nodes(body), master)
+        held = held_nodes(body) if shared is None else shared.held
+        self._own: NodeVolumes = node_volumes(body.mesh.nodes, block.cells, held, master)
+        self._block, self._shared = block, shared
         self._count = body.mesh.node_count
-        total = self._own.totals(self._count)
+        total = self._of_all_ranks(self._own.totals(self._count))
         self._inverse = np.where(total > 0.0, 1.0 / np.where(total > 0.0, total, 1.0), 0.0)
         self._change: arrays.Array = None
         self._kernel = Prepared(make_volume_change(block.element, block.material.law))
@@ -115,8 +119,14 @@ class _Averages:
         there = own.nodes >= 0
         for row, change in enumerate(arrays.get(self._change)[: rows * lanes].reshape(rows, lanes)[:, :count]):
             part = np.broadcast_to((own.shares * change)[:, None], own.nodes.shape)
-            mean = np.bincount(own.nodes[there], part[there], self._count) * self._inverse
+            mean = self._of_all_ranks(np.bincount(own.nodes[there], part[there], self._count)) * self._inverse
             result[row, 0, :count] = own.shares
             result[row, 1:5, :count] = np.where(there, mean[own.nodes], 0.0).T
             result[row, 5, :count] = change / own.volumes
         return result.reshape(rows, AVERAGES, -1, WIDTH).transpose(0, 2, 1, 3)
+
+    def _of_all_ranks(self, values: np.ndarray) -> np.ndarray:
+        """Add the parts of other ranks to values [n] at the nodes, and return them."""
+        if self._shared is not None:
+            self._shared.add(self._block.kind, self._block.region, values)
+        return values

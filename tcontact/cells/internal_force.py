@@ -27,6 +27,7 @@ from ..planning.packing import chunks_for
 
 if TYPE_CHECKING:
     from ..kernels.language.bundles import Body
+    from .shared_volumes import ForceVolumes
 
 
 class InternalForce:
@@ -82,7 +83,9 @@ class InternalForce:
             self.bulk_viscosity = arrays.zeros(1 + 3 * massless_count(domain) + packs.lanes - packs.first_contact_lane)
             arrays.set_values(self.bulk_viscosity, np.array([float(packs.first_contact_lane)]))
         signature, cornered = signature_of({"body": self.bundle()}), self.corner_rows is not None
-        self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered)
+        apart = {} if domain.held is None else {"apart": True}
+        self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered, **apart)
+        self.shared_volumes: ForceVolumes | None = None  # of the part of a rank
         self._kept = [False]  # whether the contact cells have their forces at the present u; shared with the products
         self.kernel: Callable[..., None] = Prepared(self.step)
         self._measure = Prepared(self.step)
@@ -109,6 +112,8 @@ class InternalForce:
         self.set_steps(kick_before, kick_after, drift, loaded=loaded, before=before)
         end = self.chunks if loaded and self.surface_known else self.packs.all_chunks
         self.surface_known = False
+        if self.shared_volumes is not None:
+            self.shared_volumes.average(end, self.arguments(u, v))
         self.kernel(0, end, self.chunks, *self._commit(loaded), *self.arguments(u, v))
 
     @property

@@ -86,7 +86,7 @@ class CellBlock:
 
 
 class Domain:
-    """Bodies in one numbering; shared, whole, counted, place: of a rank (partition/domain_part.py), else None.
+    """Bodies in one numbering; what is None here is that of a part of a rank (partition/domain_part.py).
 
     numbers: of the bodies in the scene; pairs: its bodies that are in contact with each other; springs: those of its
     bodies; obstacles: rigid bodies of the obstacles, if some move freely; chunks: chunks of its cells (packing.py),
@@ -101,6 +101,7 @@ class Domain:
     settings: np.ndarray | None = None
     surfaces: Any = None
     counted: np.ndarray | None = None
+    held: np.ndarray | None = None
 
     def __init__(
         self,

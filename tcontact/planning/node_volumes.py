@@ -53,6 +53,29 @@ def held_nodes(body: Body) -> np.ndarray:
     return np.asarray(np.isfinite(body.prescribed).all(axis=1) | body.tied)
 
 
+def averages(domain: Domain) -> bool:
+    """Return whether cells of a domain have volume changes that are averaged at nodes."""
+    return any(block.own.own.formulation == AVERAGED for block in domain.blocks)
+
+
+def held_in(domain: Domain) -> np.ndarray:
+    """Return `held_nodes` [n] of all nodes of a domain; the part of a rank has them from the whole one."""
+    if domain.held is not None:
+        return domain.held
+    return np.concatenate([held_nodes(body.body)[body.node_order] for body in domain.bodies])
+
+
+def node_shifts(domain: Domain) -> tuple[dict[int, int], int]:
+    """Return the number of a volume node less that of its node, of every block that is averaged, and how many exist."""
+    shifts, total = {}, 0
+    for number, block in enumerate(domain.blocks):
+        if block.own.own.formulation == AVERAGED:
+            low = int(block.cells.min())
+            shifts[number] = total - low
+            total += int(block.cells.max()) - low + 1
+    return shifts, total
+
+
 def body_volumes(body: Body, cells: Rows, place: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the number of the volume node of every corner [m, 4], -1 without, and lambda/V_a of each [numbers].
 
@@ -77,18 +100,16 @@ def body_volumes(body: Body, cells: Rows, place: np.ndarray) -> tuple[np.ndarray
 
 def volume_arrays(domain: Domain, packs: CellPacks) -> tuple[np.ndarray, np.ndarray] | None:
     """Return `volume_lists` and `volumes` of a domain; None without cells that are averaged."""
-    blocks = {number: block for number, block in enumerate(domain.blocks) if block.own.own.formulation == AVERAGED}
-    if not blocks:
+    if not averages(domain):
         return None
-    held = np.concatenate([held_nodes(body.body)[body.node_order] for body in domain.bodies])
+    blocks = {number: block for number, block in enumerate(domain.blocks) if block.own.own.formulation == AVERAGED}
+    held, master = held_in(domain), None if domain.images is None else domain.images.master
     lanes = _first_lanes(domain)
-    shares, shifts, total = np.zeros(packs.lanes), dict.fromkeys(range(len(domain.blocks)), 0), 0
+    shares, (own_shifts, total) = np.zeros(packs.lanes), node_shifts(domain)
+    shifts = dict.fromkeys(range(len(domain.blocks)), 0) | own_shifts
     numbers, in_ring, inverses, around, ring = [], [], [], [], []
     for number, block in blocks.items():
-        low = int(block.cells.min())
-        shifts[number] = total - low
-        total += int(block.cells.max()) - low + 1
-        own = node_volumes(domain.reference, block.cells, held, None if domain.images is None else domain.images.master)
+        own = node_volumes(domain.reference, block.cells, held, master)
         lane = _lanes(domain, lanes, number, block)
         shares[lane] = own.shares
         node, starts, cells = _around(domain, block, own)

@@ -23,8 +23,9 @@ def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
     if scheme.implicit:
         raise InputError("scheme", scheme.name, f"an implicit scheme {ONE_RANK}")
     for number, body in enumerate(scene.bodies):
-        if any(AVERAGED in block.element for block in body.blocks):
-            raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, f"an average at nodes {ONE_RANK}")
+        if arch != "cpu" and any(AVERAGED in block.element for block in body.blocks):
+            remedy = "averages at nodes run on CPUs where several ranks share them; leave arch='cuda' out"
+            raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, remedy)
     if ranks > 1:
         try:
             import pymetis  # noqa: F401

@@ -143,7 +143,7 @@ class Recorder:
         if "von_mises" in self.fields:
             self.stress = [VonMises(state.plan.body, state.plan.node_order) for state in self._with_cells]
         if "pressure" in self.fields:
-            self.whole_stress = [CellStress(state.plan.body) for state in self._with_cells]
+            self.whole_stress = [state.cell_stress() for state in self._with_cells]
 
     @property
     def _with_cells(self) -> list[BodyView]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..cells.cell_stress import VON_MISES, CellStress, pressure_of
 from ..cells.point_state import metal_field
+from ..cells.shared_volumes import SharedVolumes
 from ..cells.stress import States
 from ..device import arrays
 from ..planning.body_plan import BodyPlan
@@ -28,7 +29,8 @@ class Sensors:
 
     numbers: of the bodies in the scene; starts: first node of each in the domain; rows: largest number of rows between
     two calls of `measure`, 1 where a law keeps a state; massless [n, 3, 3]: projector on the components of every node
-    that have no mass, or None; velocity [n, 3] [m/s]: at the start. nodes [k]: nodes of the domain that it reads.
+    that have no mass, or None; velocity [n, 3] [m/s]: at the start; shared: volume nodes that ranks share, or None.
+    nodes [k]: nodes of the domain that it reads.
     """
 
     def __init__(
@@ -41,6 +43,7 @@ class Sensors:
         rows: int,
         massless: np.ndarray | None,
         velocity: np.ndarray,
+        shared: SharedVolumes | None = None,
     ) -> None:
         self.scene, self.bodies, self.layout = scene, tuple(bodies), layout
         self._starts = [int(start) for start in starts]
@@ -53,6 +56,8 @@ class Sensors:
         ]
         self._with_cells = [index for index, body in enumerate(bodies) if len(body.cell_order)]  # not on every rank
         of_stress = {own.index for own in self._probes if own.probe.quantity in STRESSES}
+        if shared is not None:  # ranks whose cells no probe measures have a share of the averages of those that do
+            of_stress |= {index for index in self._with_cells if _measures_stress(bodies[index])}
         if not STRESSES.isdisjoint(scene.maxima):
             of_stress = set(self._with_cells)
         self._moving = moving_nodes(bodies, starts)
@@ -60,7 +65,10 @@ class Sensors:
         numbers_a_row = 15 * len(self.nodes) + sum(7 * len(bodies[index].cell_order) for index in of_stress)
         self.rows = 1 if self.stateful else min(rows, max(1, ROOM // max(numbers_a_row, 1)))
         self._stress = [
-            CellStress(body.body, self.rows) if index in of_stress else None for index, body in enumerate(bodies)
+            CellStress(body.body, self.rows, None if shared is None else shared.of_body(index))
+            if index in of_stress
+            else None
+            for index, body in enumerate(bodies)
         ]
         self.motion = Motion(None if massless is None else massless[self._moving], velocity[self._moving])
         self.maxima: dict[str, list[Any]] = {}  # by quantity: largest value so far, its time [s], body, cell
@@ -195,9 +203,15 @@ def needs_state(scene: Scene, bodies: Sequence[BodyPlan]) -> bool:
     return wanted and any(material.plastic for body in bodies for material in body.body.materials)
 
 
-def sensed(scene: Scene, bodies: Sequence[BodyPlan]) -> bool:
-    """Return whether a scene has probes or maxima in these bodies."""
-    return bool(scene.maxima) or any(len(place.items) for body in bodies for place in body.probes)
+def _measures_stress(body: BodyPlan) -> bool:
+    """Return whether a probe of a body measures stress, in cells of this rank or of others."""
+    return any(place.probe.quantity in STRESSES for place in body.probes)
+
+
+def sensed(scene: Scene, bodies: Sequence[BodyPlan], shared: bool = False) -> bool:
+    """Return whether a scene has probes or maxima in these bodies; shared: ranks share averages for stresses."""
+    found = bool(scene.maxima) or any(len(place.items) for body in bodies for place in body.probes)
+    return found or (shared and any(map(_measures_stress, bodies)))
 
 
 def _largest(values: np.ndarray) -> np.ndarray:

@@ -22,6 +22,7 @@ from ...scene.scene import Scene
 from ...scene.springs import SceneSpring
 from ..body_plan import BodyPlan, ContactPlan
 from ..domain import Domain
+from ..node_volumes import averages, held_nodes
 from ..springs import spring_nodes
 from .body_part import BodyPart, acting_nodes, body_part, no_part
 from .box_graph import FINE, BoxGraph
@@ -49,7 +50,8 @@ class PartDomain(Domain):
 
     shared: its part of a contact that ranks share, None where the first rank has the whole contact; of such a contact
     also settings [islands, SETTINGS] of its static solve and surfaces of bodies in pairs, which follow from the domain
-    of all ranks (contact/shared_facts.py); counted [s]: 1.0 for the boundary nodes whose copies of this rank sums
+    of all ranks (contact/shared_facts.py); held [n]: nodes that are no volume nodes (node_volumes.py), where volume
+    changes are averaged at nodes, else None; counted [s]: 1.0 for the boundary nodes whose copies of this rank sums
     count, else 0.0; None where the host subtracts what others count.
     """
 
@@ -57,6 +59,7 @@ class PartDomain(Domain):
     settings: np.ndarray | None = None
     surfaces: Any = None
     counted: np.ndarray | None = None
+    held: np.ndarray | None = None
 
     @cached_property
     def contact(self) -> ContactPlan | None:
@@ -180,6 +183,8 @@ def _domain_part(domain: Domain, cut: np.ndarray, rank: int, contact: ContactCut
         part = PartDomain(plans, numbers, pairs)
     for name in OF_DOMAIN:
         setattr(part, name, getattr(domain, name))
+    if averages(domain):
+        part.held = np.concatenate([np.zeros(0, dtype=bool), *(_held(bodies[number]) for number in there)])
     found = DomainPart(domain, tuple(bodies), part)
     if contact is not None and lists is not None:
         everyone = np.concatenate([body.node_order for body in domain.bodies])
@@ -189,6 +194,12 @@ def _domain_part(domain: Domain, cut: np.ndarray, rank: int, contact: ContactCut
         part.counted = np.ones(len(part.boundary))
         part.counted[found.guests()] = 0.0
     return found
+
+
+def _held(body: BodyPart) -> np.ndarray:
+    """Return the nodes [n] of a part that are no volume nodes of the whole body."""
+    plan = body.whole
+    return np.asarray(held_nodes(plan.body)[plan.node_order[body.nodes]])
 
 
 def _springs_of(domain: Domain, bodies: list[BodyPart]) -> tuple[SceneSpring, ...]:

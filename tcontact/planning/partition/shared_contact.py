@@ -31,6 +31,7 @@ from ..applied_loads import loaded_nodes
 from ..body_plan import BodyPlan, held_nodes
 from ..contact_graph import ContactGraph
 from ..domain import Domain
+from ..node_volumes import averages
 from .contact_parts import ContactPart, contact_part, receiver_ranks
 from .graph_part import graph_part, ranges
 
@@ -48,6 +49,8 @@ def hindrance(scene: Scene, domain: Domain) -> str:
         return "friction layers"
     if domain.images is not None:
         return "periodic sides"
+    if contact.graph is not None and averages(domain):
+        return "tetrahedra whose volume changes are averaged at nodes"
     if is_copied(domain) and any(_is_loaded(body) for body in domain.bodies):
         return "loads or driven supports on contact nodes that all ranks have"
     massless = isinstance(scene.contact, MasslessContact) and not is_copied(domain)

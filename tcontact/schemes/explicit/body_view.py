@@ -7,8 +7,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ...cells.cell_stress import CellStress
 from ...cells.internal_force import InternalForce
 from ...cells.point_state import PointState
+from ...cells.shared_volumes import SharedVolumes
 from ...device import arrays
 from ...friction_layer import LayerState
 from ...nodes.rigid_bodies import RigidBodies
@@ -34,6 +36,7 @@ class Stepped(Protocol):
     v: arrays.Array
     start_velocity: np.ndarray
     internal_force: InternalForce
+    shared_volumes: SharedVolumes | None
     contact: Any
     serial: Any
     rigid: RigidBodies | None
@@ -74,6 +77,11 @@ class BodyView(ChosenNodes):
         """Reason why the static solve of the body did not converge, or None."""
         found = None if self.state.contact is None else self.state.contact.trouble
         return found[1] if found is not None and found[0] is self.plan else None
+
+    def cell_stress(self) -> CellStress:
+        """Return what computes the stress of its cells; ranks that share averages of it call that alike."""
+        shared = self.state.shared_volumes
+        return CellStress(self.plan.body, 1, None if shared is None else shared.of_body(self._number))
 
     @property
     def viscous_force(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import FunctionError
+from ...cells.shared_volumes import SharedVolumes
 from ...contact.copied_solve import CopiedSolve
 from ...contact.massless_contact import MasslessContactTerm
 from ...contact.residual_shares import ResidualShares
@@ -59,6 +60,8 @@ class RankState(DomainState):
             [values[number][part.bodies[number].part.nodes] for number in part.there]
             for values in (displacement, velocity)
         )
+        if part.domain.held is not None:
+            self.shared_volumes = SharedVolumes(team, part)
         super().__init__(scene, part.domain, u, v, layout)
         self._unmeasured = layout.numbers(  # shares of means over sets of which this rank has nothing
             scene.probe_column(number, place.probe)

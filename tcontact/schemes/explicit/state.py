@@ -8,6 +8,7 @@ import numpy as np
 
 from ...cells.device_force import DeviceForce
 from ...cells.internal_force import InternalForce
+from ...cells.shared_volumes import ForceVolumes, SharedVolumes
 from ...contact.contact_terms import make_contact
 from ...contact.device_layers import DeviceLayers
 from ...contact.layered_friction import LayeredFriction
@@ -51,11 +52,13 @@ class DomainState:
     displacement, velocity: start of every body [n, 3], in the user's numbering; views: one for each body.
     exchange: where another process holds copies of boundary nodes, it is called between the force pass of a large
     domain and the motion of its boundary nodes, and adds the parts of their force [3*s+c, N] that stand there;
-    shared_on_device: what does that in the steps of a GPU, see `DeviceTermSteps`.
+    shared_on_device: what does that in the steps of a GPU, see `DeviceTermSteps`; shared_volumes: averages of volume
+    changes at such nodes, None where there are none.
     """
 
     exchange: Callable[[arrays.Array], None] | None = None
     shared_on_device: Shared | None = None
+    shared_volumes: SharedVolumes | None = None
 
     def __init__(
         self,
@@ -77,16 +80,18 @@ class DomainState:
         self.start_velocity = self._started(velocity)
         on_device = steps_on_device(scene, domain)
         self.internal_force: InternalForce = DeviceForce(domain) if on_device else InternalForce(domain)
+        if self.shared_volumes is not None:
+            self.internal_force.shared_volumes = ForceVolumes(self.internal_force, self.shared_volumes)
         # a static solve has many launches; without one arrays stand alone, whose kernels keep less in local memory
         solves = domain.contact is not None and isinstance(scene.contact, MasslessContact)
         joint = Joint() if on_device and solves else None
         with arrays.standing_in(joint):
             self._make_terms(displacement)
         self.sensors: Sensors | None = None
-        if sensed(scene, domain.bodies):
+        if sensed(scene, domain.bodies, self.shared_volumes is not None):
             parts = scene, domain.bodies, domain.numbers, domain.node_start[:-1], self.layout
             rows = MAXIMUM_ROWS if domain.small else 1
-            self.sensors = Sensors(*parts, rows, domain.massless, self.start_velocity)
+            self.sensors = Sensors(*parts, rows, domain.massless, self.start_velocity, self.shared_volumes)
         self.serial: SerialStep | None = None
         parts_of_step = self.boundary_nodes, self.contact, self.rigid
         if not on_device and (any(part is not None for part in parts_of_step) or domain.small):

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ....cells.cell_stress import CellStress
 from ....device import arrays
 from ....planning.body_plan import BodyPlan
 from ....planning.measured import Layout
@@ -226,6 +227,10 @@ class ImplicitState(ChosenNodes):
         if self.sensors is not None:
             self.sensors.put(self._row[None], times)
         return self._row[None]
+
+    def cell_stress(self) -> CellStress:
+        """Return what computes the stress of its cells."""
+        return CellStress(self.plan.body)
 
     def starts_as_one(self) -> bool:
         """Return whether all its nodes start with one velocity."""
