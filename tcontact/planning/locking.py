@@ -26,7 +26,7 @@ def _locking(block: BodyBlock, label: str, alone: bool) -> str | None:
         label = label if block.region is None else f"{block.region!r} of {label}"
         remedy = "use hexahedra with formulation='mean-dilatation' or 'reduced'"
         if AVERAGED in block.facts.formulations and alone and material.barotropic:
-            remedy = f"leave the formulation out, which makes it {AVERAGED!r}"
+            remedy = f"leave the formulation out, which makes it {AVERAGED!r} (on one process)"
         elif AVERAGED in block.facts.formulations and alone:
             remedy += f", or a pressure without heat, such as 'bulk', for which {AVERAGED!r} is the default"
         return (
@@ -39,7 +39,7 @@ def _locking(block: BodyBlock, label: str, alone: bool) -> str | None:
     element, remedy = block.facts, "give formulation='mean-dilatation'"
     cells = f"{element.plural} with full integration" if len(element.weights) > 1 else f"linear {element.plural}"
     if AVERAGED in element.formulations and alone:
-        remedy = f"leave the formulation out, which makes it {AVERAGED!r}"
+        remedy = f"leave the formulation out, which makes it {AVERAGED!r} (on one process)"
     elif "mean-dilatation" not in element.formulations:
         remedy = f"mesh the body with hex8 and {remedy}"
     if not material.volumetric:

@@ -15,16 +15,21 @@ from .checkpoint.fingerprint import fingerprint
 from .rank_files import on_all
 
 COMPARED = 16  # values by which the functions of time of two ranks are compared
-ONE_RANK = "runs on one rank in this version; leave it out, or start the run without mpiexec"
+ONE_RANK = "on one rank in this version"
+ALONE = "start the run without mpiexec"
 
 
 def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
     """Refuse what runs on one rank alone. Raises `InputError`, which names the first such field."""
     if scheme.implicit:
-        raise InputError("scheme", scheme.name, f"an implicit scheme {ONE_RANK}")
+        raise InputError("scheme", scheme.name, f"an implicit scheme runs {ONE_RANK}; leave it out, or {ALONE}")
     for number, body in enumerate(scene.bodies):
         if any(AVERAGED in block.element for block in body.blocks):
-            raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, f"an average at nodes {ONE_RANK}")
+            remedy = (
+                "give formulation='full' (tetrahedra that lock in plastic flow and near poisson 1/2), take hexahedra"
+            )
+            text = f"tetrahedra with averages at nodes run {ONE_RANK}; {remedy}, or {ALONE}"
+            raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, text)
     if ranks > 1:
         try:
             import pymetis  # noqa: F401
