@@ -298,7 +298,8 @@ def averaged():
     """
     metal = tc.ElastoPlastic(2.3e7, 0.27, 1350.0, tc.LinearHardening(5e4, 1e6), specific_heat=900.0)
     along = 2.0 * np.pi / SIZE[1]  # what repeats along y alone would have its maximum in several cells
-    body = block(counts=(4, 3, 6), kind="tet4", contact="zmin", velocity=lambda x: np.sin(along * x[:, [1]] + 1.0) - 5.0)
+    rippled = {"velocity": lambda x: np.sin(along * x[:, [1]] + 1.0) - (3.0, 4.0, 8.0)}
+    body = block(counts=(4, 3, 6), kind="tet4", contact="zmin", **rippled)
     centres = body.mesh.cell_centres()
     sets = {"up": np.flatnonzero(centres[:, 2] > 0.06), "low": np.flatnonzero(centres[:, 2] <= 0.06)}
     sets["tip"] = np.flatnonzero((centres > 0.75 * SIZE).all(axis=1))

@@ -101,6 +101,24 @@ def test_an_error_of_one_rank_outside_a_run_is_told_and_ends_all(rank, moment):
     assert f"rank {rank} of 2 failed, which ends all ranks" in done.stderr
 
 
+@pytest.mark.parametrize(("rank", "moment"), [(1, "exits"), (0, "resume")])
+def test_a_rank_that_leaves_python_while_scenes_are_compared_ends_all(tmp_path, rank, moment):
+    """`mpiexec` raises `TimeoutExpired` if the others go on waiting for it."""
+    done = mpiexec(2, "rank_lone.py", rank, moment, tmp_path, timeout=60)
+    assert done.returncode != 0
+    assert done.stderr.count("Traceback") == 1
+    assert "SystemExit: 3" in done.stderr
+    assert f"tcontact: rank {rank} of 2 failed, which ends all ranks" in done.stderr
+
+
+def test_a_signal_to_one_rank_before_the_steps_is_told_in_a_line():
+    done = mpiexec(2, "rank_lone.py", 1, "stopped", timeout=60)
+    assert done.returncode == 1
+    assert "tcontact: rank 1 of 2 was interrupted before the first step, which ends all ranks\n" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stderr.count("tcontact: ") == 1
+
+
 def test_different_errors_of_all_ranks_are_told_once_each():
     done = mpiexec(3, "rank_lone.py", 2, "everyone", timeout=60)
     assert done.returncode != 0

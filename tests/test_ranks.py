@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,12 +15,16 @@ import pytest
 import tcontact as tc
 from tcontact.base.errors import InputError
 from tcontact.device import ranks
+from tcontact.device.ending import ending_all
+from tcontact.device.team import Team
 from tcontact.lab.bench.rank_steps import model
 from tcontact.planning.partition.cell_graph import CellGraph
 from tcontact.planning.partition.cut import cut_beside
 from tcontact.run.rank_checks import check_ranks
+from tcontact.run.rank_files import on_all
 from tcontact.schemes.explicit.rank_state import of_all_ranks
 
+METAL = tc.ElastoPlastic(2e7, 0.3, 1000.0, hardening=tc.LinearHardening(5e4, 1e6))
 HERE = Path(__file__).resolve().parent
 MPIEXEC = shutil.which("mpiexec") or shutil.which("mpiexec", path=str(Path(sys.executable).parent))
 MISSING = [name for name in ("mpi4py", "pymetis") if importlib.util.find_spec(name) is None]
@@ -68,17 +73,44 @@ def test_all_ranks_end_a_block_of_steps_by_what_all_of_them_have():
     [
         ("scheme", {}, {"scheme": tc.DiscreteGradient(dt=1e-5)}),
         ("Scene.bodies[0].formulation", {"formulation": "node-averaged"}, {"arch": "cuda"}),
+        ("Scene.bodies[0].formulation", {"material": METAL}, {"arch": "cuda"}),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_what_several_ranks_do_not_run_is_refused_by_name(field, scene, options):
-    given = dict(scene)
     mesh = tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2), kind="tet4")
-    own = tc.Body(mesh, tc.NeoHookean(2e7, 0.3, 1000.0), formulation=given.pop("formulation", None))
+    own = tc.Body(mesh, **({"material": tc.NeoHookean(2e7, 0.3, 1000.0)} | scene))
     known = {"scheme": tc.CentralDifference(), "arch": "cpu"} | options
     with pytest.raises(InputError, match=r"one rank in this version|run on CPUs") as refusal:
-        check_ranks(tc.Scene([own], duration=1e-3, **given), **known, ranks=2)
+        check_ranks(tc.Scene([own], duration=1e-3), **known, ranks=2)
     assert refusal.value.field == field
+
+
+def test_tetrahedra_that_would_average_at_nodes_run_on_several_gpus_as_their_refusal_says():
+    """Where averages are the default, to leave the formulation out does not help."""
+    mesh = tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2), kind="tet4")
+    known = {"scheme": tc.CentralDifference(), "arch": "cuda", "ranks": 2}
+    with pytest.raises(InputError, match="give formulation='full'") as refusal:
+        check_ranks(tc.Scene([tc.Body(mesh, METAL)], duration=1e-3), **known)
+    assert "leave it out" not in str(refusal.value)
+    check_ranks(tc.Scene([tc.Body(mesh, METAL)], duration=1e-3), **known | {"arch": "cpu"})
+    check_ranks(tc.Scene([tc.Body(mesh, METAL, formulation="full")], duration=1e-3), **known)
+
+
+def test_a_warning_that_one_rank_makes_an_error_is_raised_on_all():
+    """`ending_all` lets pass what is raised on all ranks."""
+
+    class Comm(SimpleNamespace):
+        allgather = staticmethod(lambda value: [None, value])
+
+    team = Team(Comm(Get_rank=lambda: 1, Get_size=lambda: 2))
+
+    def warn():
+        raise UserWarning("an error here")
+
+    with pytest.raises(UserWarning, match="an error here") as found, ending_all(team):
+        on_all(team, warn)
+    assert team.agreed is found.value
 
 
 def test_an_error_of_all_ranks_is_told_once_and_nothing_is_written(tmp_path):
@@ -124,7 +156,7 @@ def test_a_user_without_a_home_shares_a_contact_and_sees_what_the_script_prints(
 
 def test_too_many_ranks_for_the_free_cells_are_refused():
     mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
-    with pytest.raises(InputError, match="start at most 1 ranks"):
+    with pytest.raises(InputError, match="stay on the first rank; run it without mpiexec, or refine the mesh"):
         cut_beside(lambda: CellGraph.of(mesh.blocks, mesh.node_count), 8, 2, np.arange(8))
 
 

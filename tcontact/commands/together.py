@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Any
 
 from ..base.errors import InputError, OutputError
+from ..device.ending import ending_all
 from ..device.team import team
 
 
@@ -16,13 +17,14 @@ def on_first_rank(enter: Callable[[], AbstractContextManager[Any]]) -> Iterator[
     found = team()
     with ExitStack() as stack:
         error: Exception | None = None
-        if found is None:
-            stack.enter_context(enter())
-        elif found.leads:
-            try:
+        with ending_all(found):
+            if found is None:
                 stack.enter_context(enter())
-            except (InputError, OutputError) as own:
-                error = own
-        if found is not None:
-            found.agree(error)
+            elif found.leads:
+                try:
+                    stack.enter_context(enter())
+                except (InputError, OutputError) as own:
+                    error = own
+            if found is not None:
+                found.agree(error)
         yield

@@ -46,13 +46,15 @@ def team(comm: Any = None, word: str = STARTS) -> Team | None:
 class Team:
     """The ranks of a communicator of mpi4py; rank: number of this one; size: their number.
 
-    lead: lets the first one act alone; agreed: the last error that `agree` has raised on all of them.
+    lead: lets the first one act alone; agreed: the last error that `agree` has raised on all of them;
+    moment: what they are at, in words, "" for nothing to tell.
     """
 
     def __init__(self, comm: Any) -> None:
         self.comm, self.rank, self.size = comm, int(comm.Get_rank()), int(comm.Get_size())
         self.lead = Lead(comm)
         self.agreed: Exception | None = None
+        self.moment = ""
         self._exchanges: list[Exchange | Handover] = []
         self._groups: list[Team] = []
 

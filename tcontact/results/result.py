@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..base.errors import InputError, hint
+from ..device.ending import ending_all
 from ..device.team import Team, team
 from ..friction_layer import LayerState
 from ..scene.scene import Scene
@@ -125,12 +126,13 @@ class Result(Outcome):
         `simulate`. Raises `InputError` where these ranks have not shared one run, and if a rank does something else.
         """
         together = team(comm, "shares a result")
-        whole = [True] if together is None else together.comm.allgather(self.whole)
-        if together is None or all(whole):
-            return self
-        if not whole[0] or any(whole[1:]):
-            raise InputError("comm", comm, "these ranks have not shared one run; give the communicator that it had")
-        return self.shared_by(together)
+        with ending_all(together):
+            whole = [True] if together is None else together.comm.allgather(self.whole)
+            if together is None or all(whole):
+                return self
+            if not whole[0] or any(whole[1:]):
+                raise InputError("comm", comm, "these ranks have not shared one run; give the communicator that it had")
+            return self.shared_by(together)
 
     def shared_by(self, together: Team) -> Result:
         """Return the result with the values of nodes and cells that the first of some ranks has, on all of them."""

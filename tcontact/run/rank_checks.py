@@ -15,17 +15,21 @@ from .checkpoint.fingerprint import fingerprint
 from .rank_files import on_all
 
 COMPARED = 16  # values by which the functions of time of two ranks are compared
-ONE_RANK = "runs on one rank in this version; leave it out, or start the run without mpiexec"
+ONE_RANK = "on one rank in this version"
+ALONE = "start the run without mpiexec"
 
 
 def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
     """Refuse what runs on one rank alone. Raises `InputError`, which names the first such field."""
     if scheme.implicit:
-        raise InputError("scheme", scheme.name, f"an implicit scheme {ONE_RANK}")
+        raise InputError("scheme", scheme.name, f"an implicit scheme runs {ONE_RANK}; leave it out, or {ALONE}")
     for number, body in enumerate(scene.bodies):
         if arch != "cpu" and any(AVERAGED in block.element for block in body.blocks):
-            remedy = "averages at nodes run on CPUs where several ranks share them; leave arch='cuda' out"
-            raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, remedy)
+            remedy = (
+                "give formulation='full' (tetrahedra that lock in plastic flow and near poisson 1/2), take hexahedra"
+            )
+            text = f"tetrahedra with averages at nodes run on CPUs where ranks share them; {remedy}, or leave arch out"
+            raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, text)
     if ranks > 1:
         try:
             import pymetis  # noqa: F401

@@ -110,8 +110,8 @@ class RankKeeper(Keeper):
 def on_all(team: Team | None, act: Callable[[], Value]) -> Value:
     """Run a function on every rank, or the only one (None); return what it gives there.
 
-    Raises the `InputError` or `OutputError` of any rank on all of them: one that a rank raises alone, and that a script
-    catches, would leave the others waiting for it.
+    Raises the `InputError` or `OutputError` of any rank on all of them, and a warning that the user has made an error:
+    one that a rank raises alone, and that a script catches, would leave the others waiting for it.
     """
     if team is None:
         return act()
@@ -119,7 +119,7 @@ def on_all(team: Team | None, act: Callable[[], Value]) -> Value:
     found: Any = None
     try:
         found = act()
-    except (InputError, OutputError) as own:
+    except (InputError, OutputError, Warning) as own:
         error = own
     team.agree(error)
     return cast(Value, found)

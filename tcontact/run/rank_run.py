@@ -2,17 +2,14 @@
 
 The first one plans the scene and gives every rank its part (rank_plan.py). All go through the same loop with the same
 rows and take the same decisions. What reads whole bodies, such as looks and the end of the result, the first one does
-alone (rank_lead.py). What fails on one rank alone ends all of them.
+alone (rank_lead.py).
 """
 
 from __future__ import annotations
 
-import os
-import sys
-import traceback
 import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -21,10 +18,9 @@ from typing import Any
 import numpy as np
 
 from ..base import stages
-from ..base.errors import InputError, OutputError
+from ..base.errors import InputError
 from ..base.memory import give_back
 from ..contact.pairs.pair_contact import check_starts
-from ..device.ranks import passed_on
 from ..device.team import Team
 from ..planning.partition.body_part import BodyPart
 from ..planning.partition.domain_part import DomainPart
@@ -183,6 +179,7 @@ class RankRun(Run):
 
     def cut_by(self, signal: str) -> str:
         """Return the signal that a rank told of with its last rows, "" without; raise a warning that is an error."""
+        self.team.moment = ""
         for domain in self.domains:
             domain.asks_to_end = bool(signal) or self._refused is not None
         if not self.domains[0].ending:
@@ -219,24 +216,6 @@ class RecutRun(RankRun):
         """Forget nothing."""
 
 
-@contextmanager
-def ending_all(team: Team) -> Iterator[None]:
-    """End all ranks with the traceback of this one on an error that the others do not have."""
-    try:
-        yield
-    except (InputError, OutputError):
-        raise  # all ranks have it
-    except BaseException as error:
-        if error is team.agreed:
-            raise
-        sys.stdout.flush()
-        print(f"tcontact: rank {team.rank} of {team.size} failed, which ends all ranks:", file=sys.stderr)
-        traceback.print_exc()
-        passed_on(sys.stderr)
-        team.comm.Abort(1)
-        os._exit(1)  # where the launcher takes a moment
-
-
 def simulate_on_ranks(
     team: Team,
     asked: Asked,
@@ -252,7 +231,7 @@ def simulate_on_ranks(
     of the scene.
     """
     started, scene = perf_counter(), asked.scene
-    with ending_all(team), ExitStack() as ending:
+    with ExitStack() as ending:
         _quiet(team, ending)
         folder = None if out is None else on_first(team, lambda: check_folder(out))
         if folder is not None:
@@ -310,7 +289,7 @@ def resume_on_ranks(
     Raises `InputError` on all ranks.
     """
     started = perf_counter()
-    with ending_all(team), ExitStack() as ending:
+    with ExitStack() as ending:
         _quiet(team, ending)
         on_first(team, lambda: ending.enter_context(locked(folder)))
         stored = latest_of_all(folder, team)

@@ -10,6 +10,7 @@ from typing import Any
 from ..base import validate
 from ..base.errors import InputError
 from ..device import runtime
+from ..device.ending import BEFORE, ending_all
 from ..device.team import team
 from ..planning.planning import plan
 from ..results.files.vtkhdf import ResultData
@@ -75,12 +76,13 @@ def resume(
         own, options = scheme_of(scheme), checked(checkpoint, folder)
         return scene.for_scheme(getattr(own, "implicit", False)), own, options, checked_folder(folder)
 
-    scene, scheme, options, path = on_all(together, check)
-    if together is not None:
-        check_alike(together, scene, scheme, {"arch": arch, "checkpoint": options, "precision": precision})
-        ranks = together.size
-        on_all(together, lambda: check_ranks(scene, scheme, arch, ranks))
-        return resume_on_ranks(together, path, scene, scheme, threads, progress, options, precision, arch)
+    with ending_all(together, BEFORE):
+        scene, scheme, options, path = on_all(together, check)
+        if together is not None:
+            check_alike(together, scene, scheme, {"arch": arch, "checkpoint": options, "precision": precision})
+            ranks = together.size
+            on_all(together, lambda: check_ranks(scene, scheme, arch, ranks))
+            return resume_on_ranks(together, path, scene, scheme, threads, progress, options, precision, arch)
     with pools_served(), runtime.turn, locked(path):
         every = latest(path)
         stored = every[0]

@@ -12,6 +12,7 @@ from ..base import stages, validate
 from ..base.errors import InputError
 from ..contact.pairs.pair_contact import check_starts
 from ..device import runtime
+from ..device.ending import BEFORE, ending_all
 from ..device.kernel_counts import counted
 from ..device.team import team
 from ..planning.planning import Plan
@@ -112,22 +113,6 @@ def simulate(
         check_initial(initial)
         return chosen, own, checked(checkpoint, out)
 
-    scene, scheme, options = on_all(together, check)
-    if together is not None:
-        alike = {"out": out is not None, "frames": frames, "arch": arch, "fields": fields, "pressures": pressures}
-        alike |= {
-            "contact_ranks": contact_ranks,
-            "history_every": history_every,
-            "history_rows": history_rows,
-            "precision": precision,
-        }
-        check_alike(together, scene, scheme, alike | {"initial": initial is not None, "checkpoint": options})
-        ranks = together.size
-        on_all(together, lambda: check_ranks(scene, scheme, arch, ranks))
-        if initial is not None:
-            check_same_start(together, initial)
-            initial = initial.shared_by(together)
-
     def begin() -> tuple[Start, Scene, list[str], Start | None, Any, Any]:
         places = start_from(scene, initial)
         if initial is None:
@@ -135,14 +120,30 @@ def simulate(
         later, said = scene_of_start(scene, places, initial, getattr(scheme, "implicit", False))
         return places, later, said, kept_start(later, *places), layers_of(later, initial), points_of(later, initial)
 
-    (displacement, velocity), scene, told, kept, layers, points = on_all(together, begin)
-    pairs = None if initial is None else initial.pairs
-    if together is not None:
-        wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
-        rows = history_every, history_rows
-        others = pressures, precision, contact_ranks, arch
-        asked = Asked(scene, scheme, start, layers, points, pairs, frames, wanted, rows, *others, told)
-        return simulate_on_ranks(together, asked, out, options, kept, threads, progress)
+    with ending_all(together, BEFORE):
+        scene, scheme, options = on_all(together, check)
+        if together is not None:
+            alike = {"out": out is not None, "frames": frames, "arch": arch, "fields": fields, "pressures": pressures}
+            alike |= {
+                "contact_ranks": contact_ranks,
+                "history_every": history_every,
+                "history_rows": history_rows,
+                "precision": precision,
+            }
+            check_alike(together, scene, scheme, alike | {"initial": initial is not None, "checkpoint": options})
+            ranks = together.size
+            on_all(together, lambda: check_ranks(scene, scheme, arch, ranks))
+            if initial is not None:
+                check_same_start(together, initial)
+                initial = initial.shared_by(together)
+        (displacement, velocity), scene, told, kept, layers, points = on_all(together, begin)
+        pairs = None if initial is None else initial.pairs
+        if together is not None:
+            wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
+            rows = history_every, history_rows
+            others = pressures, precision, contact_ranks, arch
+            asked = Asked(scene, scheme, start, layers, points, pairs, frames, wanted, rows, *others, told)
+            return simulate_on_ranks(together, asked, out, options, kept, threads, progress)
     folder = None if out is None else check_folder(out)
     wanted = frame_fields.chosen(scene, fields)
     if folder is not None:

@@ -123,11 +123,16 @@ def cut_beside(
 def _check_room(count: int, ranks: int, together: IntArray | None, why: str) -> None:
     """Raise `InputError` unless there is a cell for every rank beside those `together`; why: what keeps these so."""
     if not 1 <= ranks <= count:
-        raise InputError("ranks", ranks, f"the mesh has {count} cells; start at least 1 and at most {count} ranks")
+        raise InputError("ranks", ranks, f"the mesh has {count} cell{'s' * (count != 1)}; {_at_most(count)}")
     others = count if together is None else count - len(together)
     if others < ranks - 1:
         text = f"{count - others} of {count} cells {why}, and stay on the first rank"
-        raise InputError("ranks", ranks, f"{text}; start at most {others + 1} ranks, or refine the mesh")
+        raise InputError("ranks", ranks, f"{text}; {_at_most(others + 1)}, or refine the mesh")
+
+
+def _at_most(ranks: int) -> str:
+    """Return the remedy for more ranks than these."""
+    return "run it without mpiexec" if ranks == 1 else f"start 1 to {ranks} ranks"
 
 
 def _lead(rank: IntArray, together: IntArray, patches: int) -> int:
