@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import Any
 
 from ..base.errors import InputError
-from ..base.validate import whole
+from ..base.validate import whole, working_directory
 from . import workers
 from .cuda import NoDevice, count_devices
 from .kernel_list import strike_lost
@@ -65,7 +65,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     math; compiled kernels are kept in `kernel_cache()` where files can be written there. A second call with the same
     options is free; other options raise `InputError`: Taichi cannot be restarted safely. Raises `MemoryError` where the
     process may not take enough memory, `InputError` in a copy (fork) of a process in which Taichi had been started,
-    where the program has started it itself, before (`_check_unused`) or since.
+    where the program has started it itself, before (`_check_unused`) or since, and without a working directory.
     """
     global _started, _begun
     if arch not in ("cpu", "cuda"):
@@ -90,6 +90,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
         if not _runs_on():
             raise InputError("process", "Taichi was started anew in it after tcontact", APART)
         return ti
+    working_directory()  # Taichi asks for it
     if arch == "cuda":
         _check_device(arch)
     ti = load()
