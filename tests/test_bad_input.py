@@ -281,7 +281,10 @@ def test_errors_come_back_from_other_processes():
 
 
 def test_a_name_ends_where_its_text_ends():
-    """Files would keep what is before a null character."""
+    """Files would keep what is before a null character, or could not hold it; pictures could not draw it."""
+    for name in ("a\nb", "caf\udce9"):
+        with pytest.raises(tc.InputError, match="cannot be printed"):
+            body(name=name)
     with pytest.raises(tc.InputError, match="null character"):
         body(name="lower\0upper")
 

@@ -122,6 +122,34 @@ def test_too_little_memory_for_taichi_is_one_line(tmp_path):
     assert len(done.stderr.splitlines()) == 1
 
 
+def test_a_working_directory_that_was_removed_is_named(tmp_path):
+    code = """
+import os, tcontact as tc
+from pathlib import Path
+from tcontact.run.folder_lock import make_folder
+place = Path(sys.argv[1], "place")
+place.mkdir()
+os.chdir(place)
+place.rmdir()
+body = tc.Body(tc.box_mesh((1, 1, 1), (1, 1, 1)), tc.NeoHookean(1e6, 0.3, 1e3))
+for out in (None, "relative", Path(sys.argv[1], "out")):
+    try:
+        tc.simulate(tc.Scene([body], duration=1e-3), out=out)
+    except tc.InputError as error:
+        print(error)
+try:
+    make_folder(Path("relative"))
+except tc.InputError as error:
+    print(error)
+"""
+    done = python(code, tmp_path)
+    assert done.returncode == 0, done.stderr
+    told = done.stdout.splitlines()
+    assert len(told) == 4
+    for line in told:
+        assert line.startswith("working directory = '.': was removed; change to a folder that exists")
+
+
 def test_a_result_file_over_the_size_limit_ends_with_its_message(tmp_path):
     """What HDF5 had open must be closed: at the end of the process it crashed on it."""
     code = """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.cbook import is_math_text
 from matplotlib.figure import Figure
 
 from tcontact.show import plots
@@ -101,6 +102,32 @@ def test_obstacles_and_pairs_have_curves_with_their_names(history, drawn, tmp_pa
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["floor", "wall", "a-b"]
     largest = [line.get_ydata().max() for line in axes.lines]
     np.testing.assert_allclose(largest / np.linalg.norm(force, axis=1).max() * 1e3, [0.75, 0.25, 0.5])
+
+
+@pytest.mark.parametrize("name", ["price$_{x$", "a$b", "a$b$c", "_hidden", "caf\udce9"])
+def test_a_name_is_drawn_as_it_is(name, history, drawn, tmp_path):
+    """It is no formula, hides no curve, and may come from a file whose name has no encoding."""
+    shown = name.replace("\udce9", "?")
+    force = history["contact_force"]
+    parts = {f"obstacle_force:{name}": force, "obstacle_force:wall": 0.5 * force}
+    plots.contact_force(tmp_path / "f.png", history | parts, [], title=name)
+    plots.comparison(tmp_path / "c.png", {name: history | {"gap_min": 0.0 * history["time"]}}, UP)
+    figure, compared = drawn
+    label, other = (text.get_text() for text in figure.axes[0].get_legend().get_texts())
+    title, head = figure.axes[0].get_title(loc="left"), compared.axes[0].get_title().split("\n")[0]
+    assert other == "wall"
+    for text in (label, title, head):
+        assert not is_math_text(text)
+        assert text.replace("\\$", "$").strip() == shown
+    for one in drawn:
+        one.canvas.draw()
+
+
+def test_the_parts_of_a_stress_have_its_names(history):
+    axes = Figure().subplots()
+    plots.draw_column(axes, history | {"probe_$a$_stress": np.ones((100, 6))}, "probe_$a$_stress", "Pa")
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["xx", "yy", "zz", "xy", "yz", "xz"]
+    assert not is_math_text(axes.get_ylabel())
 
 
 def test_one_obstacle_with_a_force_of_its_own_is_drawn_once(history, drawn, tmp_path):

@@ -150,6 +150,13 @@ def test_a_name_cannot_break_the_page(tmp_path):
     assert data_of(path)["runs"][0]["title"] == "</script><b>bad"
 
 
+def test_a_page_shows_a_name_that_has_no_encoding(tmp_path):
+    place = moving(tmp_path, frames=1)
+    summary = json.loads((place / "summary.json").read_text()) | {"case": "caf\udce9"}
+    (place / "summary.json").write_text(json.dumps(summary))
+    assert "<title>caf?" in document.write_page([place], tmp_path / "page.html").read_text(encoding="utf-8")
+
+
 def test_a_summary_that_cannot_be_read_leaves_its_checks_unknown(tmp_path):
     place = moving(tmp_path, frames=1)
     for spoil in (

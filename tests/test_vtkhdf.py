@@ -235,6 +235,15 @@ def test_files_that_are_no_results_are_refused(tmp_path):
             ResultData.open(tmp_path / f"{name}.vtkhdf")
 
 
+@pytest.mark.parametrize("options", [{}, {"locking": True}, {"locking": False}, {"mode": "r+"}])
+def test_a_file_that_the_program_has_open_is_read(tmp_path, options):
+    """HDF5 opens a file a second time only with the locking of the first."""
+    path = tmp_path / "r.vtkhdf"
+    _written(path).close()
+    with h5py.File(path, **({"mode": "r"} | options)):
+        _same(ResultData.open(path), 3)
+
+
 def test_frames_outside_the_series_are_refused(tmp_path):
     _written(tmp_path / "r.vtkhdf", frames=2).close()
     data = ResultData.open(tmp_path / "r.vtkhdf")

@@ -54,6 +54,15 @@ def whole(field: str, value: Any, low: int, high: int = 2**31 - 1) -> int:
     return int(value)
 
 
+def working_directory() -> None:
+    """Refuse a process whose working directory was removed."""
+    try:
+        os.getcwd()
+    except FileNotFoundError as error:
+        remedy = "was removed; change to a folder that exists: cd, or os.chdir in a script"
+        raise InputError("working directory", ".", remedy) from error
+
+
 def step_count(field: str, dt: float, duration: float) -> None:
     """Refuse a step so small that a run would never end."""
     if not duration / dt <= MAXIMUM_STEPS:  # inf too

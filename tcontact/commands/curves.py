@@ -13,6 +13,7 @@ from ..base.errors import InputError
 from ..results.files.vtkhdf import ResultData
 from ..results.stored import StoredResult, read_summary
 from ..show import plots, views
+from ..show.texts import plain
 from . import origins
 from .quick_import import load_matplotlib
 from .run_scene import is_scene
@@ -84,7 +85,7 @@ def draw_comparison(path: Path, case: Any, results: Mapping[str, Any], normals: 
     elif hasattr(case, "compared"):
         found = {label: case.compared(result) for label, result in results.items()}
         quantities = next(iter(found.values()))
-        plots.panels(path, {name: {label: one[name] for label, one in found.items()} for name in quantities})
+        plots.panels(path, {name: {plain(label): one[name] for label, one in found.items()} for name in quantities})
     else:
         plots.comparison(path, histories, normals)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import mmap
 import os
@@ -10,12 +11,14 @@ import tempfile
 import threading
 import time
 import warnings
+import weakref
 from contextlib import redirect_stdout
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from ..base.errors import InputError
-from ..base.validate import whole
+from ..base.validate import whole, working_directory
 from . import workers
 from .cuda import NoDevice, count_devices
 from .kernel_list import strike_lost
@@ -30,7 +33,9 @@ ADDRESS_ROOM = 3 * 2**29  # bytes of address space: Taichi reserves 1 GiB, its t
 
 turn = threading.RLock()  # held by the thread that computes: Taichi serves one at a time
 _started: tuple[str, int] | None = None
+_begun: weakref.ref[Any] | None = None  # the state of Taichi since its start here; each `ti.init` makes a new one
 _copied = False  # from a process in which Taichi had been started
+APART = "start a new process, and keep tcontact apart from what calls ti.init or ti.reset, each in one of its own"
 
 
 def load() -> ModuleType:
@@ -59,9 +64,10 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     arch: "cpu" or "cuda"; threads: CPU threads, None = all cores, those of a rank its share of them. float64, no fast
     math; compiled kernels are kept in `kernel_cache()` where files can be written there. A second call with the same
     options is free; other options raise `InputError`: Taichi cannot be restarted safely. Raises `MemoryError` where the
-    process may not take enough memory, `InputError` in a copy (fork) of a process in which Taichi had been started.
+    process may not take enough memory, `InputError` in a copy (fork) of a process in which Taichi had been started,
+    where the program has started it itself, before (`_check_unused`) or since, and without a working directory.
     """
-    global _started
+    global _started, _begun
     if arch not in ("cpu", "cuda"):
         raise InputError("arch", arch, "use 'cpu' or 'cuda'")
     if threads is not None:
@@ -80,10 +86,15 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
                 (arch, threads),
                 f"this process already runs on {_started[0]} with {_started[1]} threads; start a new process",
             )
-        return load()
+        ti = load()
+        if not _runs_on():
+            raise InputError("process", "Taichi was started anew in it after tcontact", APART)
+        return ti
+    working_directory()  # Taichi asks for it
     if arch == "cuda":
         _check_device(arch)
     ti = load()
+    _check_unused(ti)
     quicken()
     wanted = threads or cores_of_a_rank()
     cache = kernel_cache()
@@ -110,7 +121,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
         raise MemoryError(f"Taichi cannot be started: {error}") from error
     if arch == "cuda" and ti.cfg.arch != ti.cuda:
         raise InputError("arch", arch, "Taichi cannot use the device (it loads libcuda.so); use arch='cpu'")
-    _started = (arch, wanted)
+    _started, _begun = (arch, wanted), weakref.ref(ti.lang.impl.get_runtime())
     workers.prepare(keep_kernels)
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(after_in_child=_be_copied)
@@ -130,10 +141,28 @@ def _room() -> dict[str, int]:
 
 def keep_kernels() -> None:
     """Store the kernels that this process has compiled in `kernel_cache()`; no kernel may be called afterwards."""
-    if _started is not None:
+    if _started is not None and _runs_on():
         program = load().lang.impl.get_runtime().prog
         if program is not None:
             program.finalize()
+
+
+def _runs_on() -> bool:
+    """Return whether Taichi is in the state that `start` has left, without a `ti.init` or `ti.reset` since."""
+    return _begun is not None and load().lang.impl.get_runtime() is _begun()
+
+
+def _check_unused(ti: ModuleType) -> None:
+    """Refuse a start where the program has fields, arrays or kernels of its own in Taichi, which it would destroy.
+
+    Where the program has called `ti.init` and nothing else, its options are replaced. Raises `InputError`.
+    """
+    state = ti.lang.impl.get_runtime()
+    if vars(state).get("prog", vars(state).get("_prog")) is None:  # the second name is that of a fork
+        return
+    data = (ti.Field, ti.Ndarray)
+    if state.materialized or any(issubclass(type(one), data) for one in gc.get_objects()):
+        raise InputError("process", "Taichi is in use in it by this program, whose fields a run would destroy", APART)
 
 
 def kernel_cache() -> Path:

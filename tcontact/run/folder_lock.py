@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..base.errors import InputError
+from ..base.validate import working_directory
 from ..device.atomic_file import refuse_lost_link
 
 try:
@@ -49,6 +50,7 @@ def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
+        working_directory()
         raise InputError("out", str(folder), f"cannot be made ({error.strerror}); name another folder") from error
 
 

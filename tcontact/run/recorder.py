@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base import validate
 from ..base.errors import FunctionError, InputError, OutputError
 from ..cells.cell_stress import CellStress, pressure_of
 from ..cells.point_state import has_state, metal_field
@@ -35,6 +36,7 @@ CONTACT = "contact_force", "contact_pressure"
 
 def check_folder(out: Any) -> Path:
     """Check and return the output folder before a run. Raises `InputError` if it cannot hold a new result."""
+    validate.working_directory()
     try:
         folder = Path(out)
     except TypeError as error:

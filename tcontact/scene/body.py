@@ -106,6 +106,8 @@ class Body:
             raise InputError("Body.name", self.name, "give a non-empty string or None")
         if self.name is not None and "\0" in self.name:  # files would keep what is before it
             raise InputError("Body.name", self.name, "leave out the null character")
+        if self.name is not None and not self.name.isprintable():  # files and pictures could not hold it
+            raise InputError("Body.name", self.name, "leave out characters that cannot be printed")
         if self.contact is not None:
             names = [self.contact] if isinstance(self.contact, str) else self.contact
             if not isinstance(names, Sequence) or not names or not all(isinstance(name, str) for name in names):

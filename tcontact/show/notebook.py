@@ -81,8 +81,7 @@ class EndState:
         moved = result.position - self.points
         parts = np.split(moved, np.cumsum([body.mesh.node_count for body in bodies])[:-1])
         with runtime.turn:
-            if not runtime.threads():
-                runtime.start()  # the result came from another process
+            runtime.start(runtime.arch())  # the result may have come from another process
             states = result.points or [None] * len(bodies)
             triples = zip(bodies, parts, states, strict=True)
             stress = [VonMises(body)(part, points) for body, part, points in triples]

@@ -14,7 +14,9 @@ from ..device.atomic_file import replaced
 from ..kernels.columns import COLUMNS
 from ..results.acting_force import acting_force, pair_forces, partner_forces
 from ..results.report import si_scale
+from ..results.tables import AXES
 from .render.png import write_png
+from .texts import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -79,7 +81,7 @@ def draw_force(
     if not parts:
         axes.plot(time, force / factor, color=BLUE, lw=1.0, label="computed" if along is None else "normal")
     for (name, values), color in zip(parts.items(), itertools.cycle((BLUE, ORANGE, GREEN, PURPLE, BROWN, VIOLET))):
-        axes.plot(time, values / factor, color=color, lw=1.0, label=name)
+        axes.plot(time, values / factor, color=color, lw=1.0, label=plain(name))
     for label, (times, values) in known.items():
         axes.plot(times / unit[0], values / factor, color=RED, lw=1.0, ls="--", label=label)
     if along is not None:
@@ -167,15 +169,16 @@ def draw_column(axes: Axes, history: History, name: str, unit: str) -> None:
     """Draw a column of the history on axes, a vector as a curve for each axis."""
     time, _ = _time(history)
     values = history[name].reshape(len(time), -1)
-    plain = unit in ("1", "") or unit.startswith("kg")  # without a prefix
-    factor, prefix = (1.0, "") if plain else si_scale(float(np.nanmax(np.abs(values), initial=0.0)))
-    names = [""] if values.shape[1] == 1 else "xyz" if values.shape[1] == 3 else map(str, range(values.shape[1]))
+    bare = unit in ("1", "") or unit.startswith("kg")  # without a prefix
+    factor, prefix = (1.0, "") if bare else si_scale(float(np.nanmax(np.abs(values), initial=0.0)))
+    count = values.shape[1]
+    names = [""] if count == 1 else AXES.get(count, map(str, range(count)))
     for part, label, color in zip(values.T, names, itertools.cycle((BLUE, ORANGE, GREEN, PURPLE, BROWN, VIOLET))):
         axes.plot(time, part / factor, color=color, lw=1.0, label=label)
-    if values.shape[1] > 1:
+    if count > 1:
         axes.legend(loc="best", frameon=False)
     mark = f" [{_greek(prefix)}{unit}]" if unit not in ("1", "") else ""
-    axes.set_ylabel(name.replace("_", " ") + mark)
+    axes.set_ylabel(plain(name.replace("_", " ")) + mark)
 
 
 def time_axis(axes: Axes, history: History) -> None:
@@ -207,7 +210,7 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
                 error = float(np.nanmax(np.abs(history["energy_error"])))
                 up_and_down = f"$\\sum|\\Delta F|\\,/\\,2F_{{max}}$ = {unrest(column(history)):.3g}"
                 figures = f"{up_and_down}, energy error {error:.1e}"
-                axes.set_title(f"{label}\n{len(history['time']) - 1} steps, {figures}", fontsize=9)
+                axes.set_title(f"{plain(label)}\n{len(history['time']) - 1} steps, {figures}", fontsize=9)
         grid[row][0].set_ylabel(f"{title}\n[{_greek(prefix)}{name}]")
     for axes in grid[-1]:
         axes.set_xlabel(f"time [{unit[1]}]")
@@ -370,7 +373,7 @@ def _label_ends(axes: Axes, ends: Mapping[str, tuple[float, str]]) -> None:
 
 def _figure(panels: int, title: str) -> tuple[Figure, list[Axes]]:
     figure, grid = _grid(panels, 1)
-    grid[0][0].set_title(title, fontsize=9, loc="left", color=GREY)
+    grid[0][0].set_title(plain(title), fontsize=9, loc="left", color=GREY)
     return figure, [row[0] for row in grid]
 
 

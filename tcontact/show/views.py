@@ -20,6 +20,7 @@ from ..scene.obstacles.description import describe
 from ..scene.scene import Scene
 from . import plots
 from .notebook import EndState, start_picture
+from .texts import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -114,7 +115,8 @@ def plot_mesh(mesh: Mesh, sets: tuple[str, ...], axes: Any) -> Any:
         getattr(axes, f"set_{axis}label")(f"{axis} [m]")
     axes.set_box_aspect(np.maximum(high - low, 1e-3 * mesh.size))
     if sets:
-        axes.legend(handles=[Patch(color=colours[1 + k % 6], label=name) for k, name in enumerate(sets)], loc="best")
+        patches = [Patch(color=colours[1 + k % 6], label=plain(name)) for k, name in enumerate(sets)]
+        axes.legend(handles=patches, loc="best")
     return axes
 
 

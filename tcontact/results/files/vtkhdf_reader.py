@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -343,13 +343,26 @@ def _rows(array: h5py.Dataset, first: int, name: str, rows: int) -> np.ndarray:
     return np.asarray(found)
 
 
+def _unlocked(path: Path) -> h5py.File:
+    """Return the file to read from: without a lock, or as the program has it open, if HDF5 takes only that."""
+    try:
+        return h5py.File(path, "r", locking=False)
+    except OSError as error:
+        if "locking" not in str(error):
+            raise
+        for locking in ("best-effort", True):
+            with suppress(OSError):
+                return h5py.File(path, "r", locking=locking)
+        raise
+
+
 @contextmanager
 def _opened(path: Path) -> Iterator[h5py.File]:
     """Return the file to read from, as it was before a write that was cut short."""
     validate.file_exists("path", path, "no such file; give a result.vtkhdf that a run wrote")
     disk = AtomicFile(path, "r") if read_undo(path) is not None else None
     try:
-        file = h5py.File(path, "r", locking=False) if disk is None else h5py.File(disk, "r")
+        file = _unlocked(path) if disk is None else h5py.File(disk, "r")
     except DAMAGED as error:
         if disk is not None:
             disk.close()

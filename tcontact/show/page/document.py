@@ -14,6 +14,7 @@ from ...base.version import __version__
 from ...device.atomic_file import refuse_special, replaced
 from ...results.report import plain
 from ...results.stored import StoredResult, open_result, read_summary
+from ..texts import encodable
 from . import curves, facts, film, surface
 from .studies import study_of
 
@@ -84,7 +85,7 @@ def assembled(title: str, data: dict[str, Any]) -> str:
     """Return the text of the page."""
     numbers = json.dumps(plain(data), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     parts = {
-        "%TITLE%": escape(title),
+        "%TITLE%": escape(encodable(title)),
         "%VERSION%": escape(__version__),
         "%STYLE%": _asset("page.css"),
         "%SCRIPT%": "\n".join(_asset(name) for name in SCRIPTS),

@@ -212,8 +212,7 @@ class Studio:
     def _pixels(self, frame: Frame, field: str, limits: tuple[float, float], eye: Eye, note: str) -> np.ndarray:
         from PIL import Image, ImageDraw
 
-        if not runtime.threads():
-            runtime.start()
+        runtime.start(runtime.arch())
         still = eye.moving is None
         eye = eye.at(frame.time)
         values, nodal = self.values(frame, field)
