@@ -27,7 +27,6 @@ from ..planning.packing import chunks_for
 
 if TYPE_CHECKING:
     from ..kernels.language.bundles import Body
-    from .shared_volumes import ForceVolumes
 
 
 class InternalForce:
@@ -85,7 +84,8 @@ class InternalForce:
         signature, cornered = signature_of({"body": self.bundle()}), self.corner_rows is not None
         apart = {} if domain.held is None else {"apart": True}
         self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered, **apart)
-        self.shared_volumes: ForceVolumes | None = None  # of the part of a rank
+        # of the part of a rank: averages volume changes over the cells of all ranks (shared_volumes.ForceVolumes)
+        self.average: Callable[[int, tuple[arrays.Array, ...]], None] | None = None
         self._kept = [False]  # whether the contact cells have their forces at the present u; shared with the products
         self.kernel: Callable[..., None] = Prepared(self.step)
         self._measure = Prepared(self.step)
@@ -112,8 +112,8 @@ class InternalForce:
         self.set_steps(kick_before, kick_after, drift, loaded=loaded, before=before)
         end = self.chunks if loaded and self.surface_known else self.packs.all_chunks
         self.surface_known = False
-        if self.shared_volumes is not None:
-            self.shared_volumes.average(end, self.arguments(u, v))
+        if self.average is not None:
+            self.average(end, self.arguments(u, v))
         self.kernel(0, end, self.chunks, *self._commit(loaded), *self.arguments(u, v))
 
     @property
