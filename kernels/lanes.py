@@ -21,6 +21,7 @@ CONTACT_BLOCK = 10
 FIRST_CELL, LAST_CELL, NODES_AT, GRADIENTS_AT, WEIGHTS_AT, POINTS, MATERIAL_AT, MEMORY_AT = range(CONTACT_BLOCK - 2)
 KIND, LANE_AT = CONTACT_BLOCK - 2, CONTACT_BLOCK - 1
 OBSTACLE = 33  # numbers of an obstacle (obstacles.py)
+LEVEL = 1e-9  # distance over the largest half size of a block up to which a position or surface is level with a face
 FRICTION_NODE = 9  # numbers of friction per contact node (friction.py)
 # numbers of a law of friction (contact/friction_laws.py): static - kinetic [-]; decay [s/m]; limit [Pa]; place of its
 # table from the first record on, number of its speeds and of its pressures

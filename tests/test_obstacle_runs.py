@@ -116,7 +116,7 @@ def test_a_run_that_goes_on_knows_the_faces(tmp_path, monkeypatch):
         stopped_runs.same(whole, tc.resume(path, scene, scheme))
 
 
-@pytest.mark.parametrize("name", ["full", "penalty"])
+@pytest.mark.parametrize("name", ["full", "normal", "penalty"])
 def test_a_cube_that_begins_on_the_edges_stands_on_them(name):
     """Its outer nodes bear their share of the weight, as on a plane."""
     forces = []

@@ -6,8 +6,8 @@ point c; the normal is the unit vector along grad D. `Box.local` and `Sdf.local`
 """
 
 from ..engine import ti
+from ..lanes import LEVEL
 
-LEVEL = 1e-9  # distance over the largest half size up to which a position or surface is level with a face
 ALONG = 1.0 - 1e-9  # cosine from which two normals are one
 EDGE = 8.0  # number of no face: a position begins on an edge or a corner
 

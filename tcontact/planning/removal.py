@@ -165,7 +165,8 @@ def massless_nodes(scene: Scene, index: int, joint: JointRemoval | None = None) 
     """Find the nodes of the contact set that lose mass, and their massless directions.
 
     A supported component keeps its mass; a node whose massless directions are all supported leaves K. With normal
-    removal the normals are those of the obstacles within reach; for a metal, unless they are planes of one direction,
+    removal the normals are those of the obstacles within reach, on an edge of a block those of all its faces, as the
+    node may be held by any of them; for a metal, unless they are planes of one direction,
     those of its contact faces. joint: what is known of bodies that pairs connect. Raises `InputError` for full removal
     of a metal in a fast impact.
     """
@@ -193,7 +194,8 @@ def massless_nodes(scene: Scene, index: int, joint: JointRemoval | None = None) 
             scene.obstacles[number]
             for number in within_reach(body, scene.obstacles, scene.duration, scene.largest_gravity)
         ]
-        normals = np.stack([obstacle.normal_at(body.initial_at(nodes)) for obstacle in obstacles], axis=1)
+        places = body.initial_at(nodes)
+        normals = np.concatenate([obstacle.normals_at(places) for obstacle in obstacles], axis=1)
     candidates = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)
     patterns, member = np.unique(candidates, axis=0, return_inverse=True)
     member = member.reshape(-1)

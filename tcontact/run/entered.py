@@ -13,7 +13,7 @@ import numpy as np
 
 from ..scene.body import Body
 from ..scene.obstacles import Obstacle
-from ..scene.obstacles.motion import Motion
+from ..scene.obstacles.description import poses
 from ..scene.scene import Scene
 
 PORTION = 2**16  # nodes of which gaps are measured at a time
@@ -53,11 +53,12 @@ def _deepest(
 
     there [n, 3] [m]: positions; touching [n]: whether a node is a contact node.
     """
-    points, frames, *_ = Motion(obstacle).poses(np.array([time]))
+    pose = poses(obstacle, np.array([time]), "", {})
+    point, turn = (obstacle.reference, obstacle.frame) if pose is None else (part[0] for part in pose)
     lowest, node, held = 0.0, -1, 0.0
     for first in range(0, len(there), PORTION):
         part = slice(first, first + PORTION)
-        gap = obstacle.local((there[part] - points[0]) @ frames[0].T)[0]
+        gap = obstacle.local((there[part] - point) @ turn.T)[0]
         held = min(held, float(gap.min(where=touching[part], initial=0.0)))
         free = np.where(touching[part], np.inf, gap)
         if float(free.min()) < lowest:

@@ -17,7 +17,6 @@ from ..planning.locking import locking
 from ..planning.measured import combined
 from ..planning.planning import Plan
 from ..results.result import Maximum, Result
-from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
 from ..scene.slaves import slave_warnings
 from ..schemes import Scheme
@@ -33,6 +32,7 @@ from .flutter import SLID, flutter
 from .guards import Guards, Stop, early_stop, explained
 from .history import MOST_ROWS, History
 from .interrupts import interrupts
+from .left_inside import left_inside
 from .precision import precision_of
 from .progress import ProgressBar
 from .recorder import Recorder
@@ -217,7 +217,6 @@ class Run:
                 unwritten, stop = error, Stop("not-written", str(error))
         self._keep(None)
         if stop is None:
-            self._warn_held(row)
             stop = early_stop(time, end, failed, cut, keeper)
         assert snapshot is not None
         self.limits, self.shape = [], None  # free their memory for the end
@@ -303,14 +302,6 @@ class Run:
     def _of(self, row: np.ndarray, name: str) -> float:
         """Return a number of a measured row."""
         return float(row[self.history.layout.place[name].start])
-
-    def _warn_held(self, row: np.ndarray) -> None:
-        """Warn when a support has driven a contact node into an obstacle: the static solve cannot move it out."""
-        gap = self._of(row, "gap_min")
-        held = any(len(state.plan.support_rows) for state in self.states)
-        exact = isinstance(self.scene.contact, MasslessContact) and self.scene.contact.penalty is None
-        if held and exact and gap < -1e-6 * max(state.plan.body.mesh.size for state in self.states):
-            self.warn(f"a supported contact node ends {-gap:.3g} m inside an obstacle: its support holds it there")
 
     def node_limit(self, row: np.ndarray) -> float:
         """Return the present stable step [s] of the nodes alone, with the viscosity of a row."""
@@ -412,7 +403,8 @@ class Run:
             **self.end_state(last),
         )
         if stop is None and result.whole:
-            for text in entered(self.scene, result.position, time):
+            texts = left_inside(self.scene, self.scheme.implicit, result.position, history)
+            for text in (*texts, *entered(self.scene, result.position, time)):
                 self.warn(text)
         return result
 

@@ -135,6 +135,10 @@ class Obstacle:
         """Return the unit normal [n, 3] from the obstacle into the body at positions [n, 3] at t = 0."""
         return np.asarray(self.local(self._local_coordinates(positions))[1] @ self.frame)
 
+    def normals_at(self, positions: np.ndarray) -> np.ndarray:
+        """Return the unit normals [n, m, 3] at positions [n, 3] at t = 0: several at an edge, then rows of zeros."""
+        return self.normal_at(positions)[:, None]
+
     def _local_coordinates(self, positions: np.ndarray) -> np.ndarray:
         return np.asarray((np.asarray(positions, dtype=np.float64) - self.reference) @ self.frame.T)
 

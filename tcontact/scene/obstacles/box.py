@@ -9,6 +9,7 @@ import numpy as np
 
 from ...base import validate
 from ...base.errors import InputError
+from ...kernels.lanes import LEVEL
 from .base import Obstacle, unit_or
 
 
@@ -20,8 +21,9 @@ class Box(Obstacle):
     whose rows are these axes in the world, None for x, y, z.
     The gap is the exact distance; the normal at an edge or a corner comes from the nearest point of the surface,
     inside the block from the nearest face. In explicit steps a node that a step would take into the block is held by
-    the face through which it came, and slides over the seam to a block or plane of the same height. Raises
-    `InputError`.
+    the face through which it came, and slides over the seam to a block or plane of the same height. Put the edges of a
+    punch between lines of nodes: a node that begins on an edge slips past it as soon as the body bulges, and the force
+    lacks the nodes under the edges. inertia: three moments are about `axes`. Raises `InputError`.
     """
 
     center: Any = (0.0, 0.0, 0.0)
@@ -73,3 +75,16 @@ class Box(Obstacle):
         inward[rows, nearest] = side[rows, nearest]
         outside = away > 0.0
         return np.where(outside, away, beyond[rows, nearest]), np.where(outside[:, None], outward, inward)
+
+    def normals_at(self, positions: np.ndarray) -> np.ndarray:
+        """Return the unit normals [n, m, 3] as for all obstacles; on an edge or a corner those of all its faces."""
+        normals = super().normals_at(positions)
+        place = self._local_coordinates(positions)
+        beyond, near = np.abs(place) - np.array(self.parameters), LEVEL * max(self.parameters)
+        level = np.abs(beyond) <= near
+        on_edge = (beyond.max(axis=1) <= near) & (level.sum(axis=1) > 1)
+        if not on_edge.any():
+            return normals
+        faces = np.where(level, np.where(place < 0.0, -1.0, 1.0), 0.0)[:, :, None] * self.frame
+        first = np.concatenate([normals, np.zeros((len(normals), 2, 3))], axis=1)
+        return np.where(on_edge[:, None, None], faces, first)

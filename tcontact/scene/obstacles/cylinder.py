@@ -16,7 +16,8 @@ class Cylinder(Obstacle):
     """A rigid cylinder of infinite length, or with inside=True a rigid tube around the bodies.
 
     point: any point of its axis [m], the one it turns about; axis: its direction, any length but zero (stored as a
-    unit vector); radius: [m] > 0. Raises `InputError`.
+    unit vector); radius: [m] > 0. inertia: three moments are about its own axes through `point`, two across its axis
+    and then the one about it; a number stands for all three. Raises `InputError`.
     """
 
     point: Any = (0.0, 0.0, 0.0)

@@ -44,15 +44,28 @@ def _described(obstacle: Obstacle, times: np.ndarray, label: str, history: Mappi
         else:
             points, triangles = np.asarray(surface[0]) - obstacle.reference, np.asarray(surface[1])
         result |= {"points": points.tolist(), "triangles": triangles.tolist()}
+    found = poses(obstacle, times, label, history)
+    if found is not None:
+        points, frames = found
+        result["motion"] = {"time": times.tolist(), "point": points.tolist(), "frame": frames.tolist()}
+    return result
+
+
+def poses(
+    obstacle: Obstacle, times: np.ndarray, label: str, history: Mapping[str, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return reference points [m, 3] [m] and frames [m, 3, 3] of an obstacle at times [m] [s].
+
+    label: its name in the history of the run, where the poses of one that moves freely stand. None where it does not
+    move, where these are missing, or without times.
+    """
     if obstacle.free and len(times) and f"obstacle_position:{label}" in history:
         between = 0.5 * (history["time"][1:] + history["time"][:-1])
         rows = np.searchsorted(between, times)  # frames are rows, unless these were thinned
-        points = history[f"obstacle_position:{label}"][rows]
         turns = rotations(history[f"obstacle_rotation:{label}"][rows])
-        frames = obstacle.frame @ np.swapaxes(turns, 1, 2)
-        result["motion"] = {"time": times.tolist(), "point": points.tolist(), "frame": frames.tolist()}
-    elif obstacle.moves and not obstacle.free and len(times):
+        return history[f"obstacle_position:{label}"][rows], obstacle.frame @ np.swapaxes(turns, 1, 2)
+    if obstacle.moves and not obstacle.free and len(times):
         longest = max(float(np.abs(times).max()), 1e-300) / STEPS
         points, frames, _, _ = Motion(obstacle, step=longest).poses(times)
-        result["motion"] = {"time": times.tolist(), "point": points.tolist(), "frame": frames.tolist()}
-    return result
+        return points, frames
+    return None

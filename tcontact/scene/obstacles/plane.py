@@ -16,7 +16,8 @@ class Plane(Obstacle):
     """A rigid half-space.
 
     point: any point of its surface [m], the one it turns about; normal: from the obstacle into the body, any length
-    but zero (stored as a unit vector). Raises `InputError` for a zero or non-finite normal.
+    but zero (stored as a unit vector). inertia: three moments are about its own axes through `point`, two along the
+    surface and then the one about its normal. Raises `InputError` for a zero or non-finite normal.
     """
 
     point: Any = (0.0, 0.0, 0.0)
