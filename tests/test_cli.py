@@ -168,6 +168,15 @@ def test_info_shows_a_run_from_folder_and_from_file(cube, capsys):
     assert "energy error" in text
 
 
+def test_info_names_obstacles(tmp_path, capsys):
+    mesh = tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2), origin=(0.0, 0.0, 1e-3))
+    walls = [tc.Plane(name="floor"), tc.Plane((-0.1, 0, 0), (1, 0, 0), velocity=(0.1, 0, 0), name="ram")]
+    body = tc.Body(mesh, tc.NeoHookean(1e6, 0.3, 1000.0), contact="zmin")
+    tc.simulate(tc.Scene([body], walls, duration=1e-4), out=tmp_path / "run")
+    assert main(["info", str(tmp_path / "run")]) == 0
+    assert "  obstacles plane 'floor', plane 'ram' (moving)\n" in capsys.readouterr().out
+
+
 def test_info_shows_what_simulate_left(tmp_path, capsys):
     tc.simulate(bar_impact.scene(cells=4), out=tmp_path / "mine", frames=2)
     assert main(["info", str(tmp_path / "mine")]) == 0
@@ -278,13 +287,14 @@ def test_a_look_along_the_usual_upward_direction_has_another_one(camera, up, cub
         assert said in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("asked", "frame"), [("99", -1), ("-1", 0)])
-def test_a_picture_is_named_after_the_time_of_its_frame(asked, frame, cube, tmp_path):
+@pytest.mark.parametrize(("away", "frame"), [(0.3, -1), (0.3, 0), (-0.3, 0)])
+def test_a_picture_is_named_after_the_time_of_its_frame(away, frame, cube, tmp_path):
     """Not after the time that was asked for, to which no frame belongs."""
     out, _ = cube
+    times = tc.open_result(out).frames.times
+    time, asked = times[frame], times[frame] + away * np.diff(times).max()
     wish = ["--field", "von_mises", "--size", "160x160", "--out", str(tmp_path)]
-    assert main(["render", str(out), "--time", asked, *wish]) == 0
-    time = tc.open_result(out).frames.times[frame]
+    assert main(["render", str(out), "--time", str(asked), *wish]) == 0
     assert names(tmp_path) == {f"picture-von_mises-{time:g}s.png"}
 
 

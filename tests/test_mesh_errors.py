@@ -107,7 +107,11 @@ BAD = {
     "face set fractional": (lambda: HEX.with_sets(face_sets={"a": [[0.5, 1, 4, 3]]}), "face_sets['a']", "whole"),
     "unknown set of faces": (lambda: HEX.faces_of("top"), "set", "xmin, xmax, ymin"),
     "unknown set of nodes": (lambda: HEX.nodes_of(["xmin", "top"]), "set", "zmax"),
-    "set of a mesh without sets": (lambda: Mesh(HEX.nodes, HEX.cells, "hex8").nodes_of("top"), "set", "no sets"),
+    "set of a mesh without sets": (
+        lambda: Mesh(HEX.nodes, HEX.cells, "hex8").nodes_of("top"),
+        "set",
+        "mesh.with_sets(",
+    ),
     "set number": (lambda: HEX.faces_of(3), "set", "xmin"),
     "no set named": (lambda: HEX.faces_of([]), "set", "xmin"),
     "set inside": (lambda: HEX.with_sets({"middle": [13]}).faces_of("middle"), "set", "on the surface"),

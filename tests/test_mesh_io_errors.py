@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import meshio
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ def refused(path, *words, **options):
     with pytest.raises(InputError) as caught:
         read_mesh(path, **options)
     assert caught.value.field == "path"
-    assert path.name in caught.value.remedy
+    assert Path(path).name in caught.value.remedy
     for word in words:
         assert word in caught.value.remedy
     return caught.value.remedy
@@ -33,6 +35,7 @@ def write(path, cells, points=None):
 def test_missing_empty_unknown(tmp_path):
     refused(tmp_path / "none.msh", "no such file")
     refused(tmp_path, "directory")
+    assert refused(".", "directory").startswith(".: ")
     (tmp_path / "empty.msh").touch()
     refused(tmp_path / "empty.msh", "empty")
     (tmp_path / "part.stl").write_text("solid\n")

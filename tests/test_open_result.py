@@ -215,8 +215,19 @@ def test_a_picture_is_drawn_of_any_frame(run, tmp_path):
     again = stored.render(tmp_path / "a" / "last.png", size=(320, 240), view="above")
     np.testing.assert_array_equal(again, last)
     np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "a" / "last.png")), last)
-    assert tc.simulate(result.scene).render(size=(320, 240)).std() > 1.0  # without a file: the end
-    for wrong in ({"field": "stress"}, {"filed": 1}, {"time": "late"}, {"size": (3, 3)}, {"path": "a.xyz"}):
+    alone = tc.simulate(result.scene)
+    assert alone.render(size=(320, 240)).std() > 1.0  # without a file: the end
+    for time in (0.0, 5.0):
+        with pytest.raises(tc.InputError, match="there is one frame alone, at 0"):
+            alone.render(time=time)
+    for wrong in (
+        {"field": "stress"},
+        {"filed": 1},
+        {"time": "late"},
+        {"time": 5.0},
+        {"size": (3, 3)},
+        {"path": "a.xyz"},
+    ):
         with pytest.raises(tc.InputError, match=next(iter(wrong))):
             stored.render(**wrong)
 
@@ -247,6 +258,8 @@ def test_a_frame_is_a_grid_of_pyvista(run):
     assert volume == pytest.approx(0.2 * 0.01 + 0.1**3, rel=0.05)
     some = result.to_pyvista(fields=["velocity"])
     assert (set(some.point_data), set(some.cell_data)) == ({"velocity"}, set())
+    with pytest.raises(tc.InputError, match="the frames are from 0"):
+        stored.to_pyvista(5.0)
     with pytest.raises(tc.InputError, match="fields"):
         stored.to_pyvista(fields=["spin"])
 

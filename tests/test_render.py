@@ -339,6 +339,21 @@ def test_one_picture_is_the_nearest_frame_with_the_colours_of_the_series(result,
         render.render_picture(result, tmp_path / "none.png", time=np.nan)
 
 
+def test_a_time_outside_of_the_frames_is_refused(result, tmp_path, capsys):
+    """Frames are 1 ms apart and end at 4 ms: a run that has ended a little early still has its last frame."""
+    late, end = (
+        render.render_picture(result, tmp_path / f"{time}.png", time, size=(320, 240)) for time in (4.4e-3, None)
+    )
+    np.testing.assert_array_equal(Image.open(late), Image.open(end))
+    for time in (5.0, 4.6e-3, -0.6e-3):
+        with pytest.raises(InputError, match=r"time.* the frames are from 0 to 0\.004 s"):
+            render.render_picture(result, tmp_path / "none.png", time)
+    assert main(["render", str(result.path), "--time", "5", "--out", str(tmp_path / "none")]) == 2
+    assert "the frames are from 0 to 0.004 s" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+    assert not (tmp_path / "none.png").exists()
+
+
 @pytest.mark.parametrize("offset", [0.0, 1e-9])
 def test_of_two_bodies_that_touch_each_keeps_its_side(offset, tmp_path):
     """Two cubes face to face: along the seam no colour of the one lies on the side of the other."""

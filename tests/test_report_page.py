@@ -14,6 +14,7 @@ import pytest
 import tcontact as tc
 from tcontact.commands import report_page
 from tcontact.commands.cli import main
+from tcontact.commands.folder import our_files
 from tcontact.results.files.vtkhdf import ResultFile
 from tcontact.scene.obstacles.description import describe
 from tcontact.show.page import curves, document, surface
@@ -203,6 +204,12 @@ def test_runs_stand_side_by_side_and_a_comparison_is_all_of_them(folder, tmp_pat
     path = tmp_path / "both.html"
     assert main(["report", str(folder), str(tmp_path / "second"), "--out", str(path)]) == 0
     assert len(data_of(path)["runs"]) == 2
+    own = tmp_path / "second" / "report.html"
+    own.write_text("of one run")
+    assert main(["report", str(tmp_path / "second"), str(folder)]) == 0
+    assert len(data_of(tmp_path / "second" / "side-by-side.html")["runs"]) == 2
+    assert own.read_text() == "of one run"
+    assert tmp_path / "second" / "side-by-side.html" in our_files(tmp_path / "second")
     whole = tmp_path / "comparison"
     shutil.copytree(folder, whole / "one")
     shutil.copytree(folder, whole / "two")

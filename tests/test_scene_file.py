@@ -150,7 +150,7 @@ BAD = {
     "key": ("duration", "span = 1\nduration", "span = 1: unknown key; known are "),
     "near key": ("duration", "frictoin = 1\nduration", "unknown key; did you mean 'friction'? Known are "),
     "law": ('"NeoHookean"', '"Rubber"', "NeoHookean"),
-    "no type": ('type = "Plane"', "", "obstacles[0].type"),
+    "no type": ('type = "Plane"', "", "obstacles[0].type = (missing): use one of"),
     "no duration": ("duration = 1e-5", "", "duration"),
     "no material": ("material", "name", "bodies[0].material"),
     "number": ("young = 1e7", "young = -1", "bodies[0].material: young"),

@@ -8,7 +8,7 @@ import threading
 
 import numpy as np
 import pytest
-from scenes import python
+from scenes import ROOT, python
 from stopped_runs import SCENES, quietly, same, same_files, scene
 
 import tcontact as tc
@@ -17,7 +17,7 @@ from tcontact.commands.cli import main
 from tcontact.planning.body_plan import SMALL
 from tcontact.results.files.vtkhdf import ResultData, ResultFile
 from tcontact.run.checkpoint import store
-from tcontact.run.interrupts import interrupts, terminations
+from tcontact.run.interrupts import Terminated, interrupts, terminations
 from tcontact.run.loop import Run
 from tcontact.show import render
 
@@ -155,17 +155,18 @@ def signalled(monkeypatch, number, when=5):
     monkeypatch.setattr(ResultFile, "append", sent)
 
 
-def test_sigterm_stops_after_the_step_with_a_checkpoint(monkeypatch, tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_stops_after_the_step_with_a_checkpoint(number, monkeypatch, tmp_path):
     physics, place = SCENES["full removal"](), tmp_path / "stopped"
     straight = tc.simulate(physics, FINE, out=tmp_path / "straight", frames=12)
-    before = signal.getsignal(signal.SIGTERM)
+    before = signal.getsignal(number)
     assert before == signal.SIG_DFL
     with monkeypatch.context() as patch:
-        signalled(patch, signal.SIGTERM)
+        signalled(patch, number)
         result = tc.simulate(physics, FINE, out=place, frames=12, checkpoint=3600.0)
-    assert signal.getsignal(signal.SIGTERM) == before
+    assert signal.getsignal(number) == before
     assert result.reason == "interrupted"
-    assert "stopped by the signal SIGTERM at t = " in result.message
+    assert f"stopped by the signal {number.name} at t = " in result.message
     assert f"tcontact resume {place}" in result.message
     same(tc.resume(place, physics, FINE, checkpoint=None), straight)
     same_files(place, tmp_path / "straight")
@@ -181,6 +182,73 @@ def test_the_handler_of_a_program_stays_in_charge(monkeypatch, tmp_path):
         assert seen == [signal.SIGTERM]
     finally:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def test_sighup_stops_no_run_that_ignores_it_as_nohup_does(monkeypatch, tmp_path):
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        signalled(monkeypatch, signal.SIGHUP)
+        assert tc.simulate(SCENES["full removal"](), FINE, out=tmp_path / "run", frames=12).ok
+        with terminations():
+            os.kill(os.getpid(), signal.SIGHUP)
+        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+def test_a_second_sighup_has_no_effect():
+    """The shell of a terminal that is closed sends one, and the system another."""
+    with terminations():
+        with interrupts() as stopped:
+            for _ in range(2):
+                os.kill(os.getpid(), signal.SIGHUP)
+            assert stopped() == "the signal SIGHUP"
+            assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+        os.kill(os.getpid(), signal.SIGHUP)  # while the command writes what there is
+    assert signal.getsignal(signal.SIGHUP) == signal.SIG_DFL
+    with terminations():
+        with pytest.raises(Terminated, match="SIGHUP"):
+            os.kill(os.getpid(), signal.SIGHUP)
+        os.kill(os.getpid(), signal.SIGHUP)
+
+
+CLOSED = """
+import os, pty, sys, time
+child, terminal = pty.fork()
+if child == 0:
+    os.execv(sys.executable, [sys.executable, "-c", sys.argv[1], *sys.argv[2:]])
+while not os.path.exists(sys.argv[2] + ".now"):
+    os.read(terminal, 65536)
+os.close(terminal)
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+IN_A_TERMINAL = """
+import pathlib, signal, sys
+from tcontact.commands.cli import main
+from tcontact.results.files.vtkhdf import ResultFile
+append = ResultFile.append
+def waiting(self, moment, *fields):
+    if len(self) == 2:
+        print("now", flush=True)
+        pathlib.Path(sys.argv[1] + ".now").touch()
+        print("closed", flush=True)
+        signal.pause()
+    append(self, moment, *fields)
+ResultFile.append = waiting
+sys.exit(main(["run", sys.argv[2], "--frames", "8", "--out", sys.argv[1]]))
+"""
+
+
+def test_a_run_in_a_terminal_that_is_closed_is_stopped_whole(tmp_path):
+    """Neither what it prints nor its progress, which go nowhere then, keep it from its summary and checkpoint."""
+    tc.save_scene(SCENES["full removal"](), tmp_path / "drop.toml")
+    place = tmp_path / "run"
+    done = python(CLOSED, IN_A_TERMINAL, place, tmp_path / "drop.toml", cwd=ROOT)
+    assert done.stdout.split() == ["1"], done.stderr
+    summary = json.loads((place / "summary.json").read_text())
+    assert "stopped by the signal SIGHUP" in summary["message"]
+    assert "origin" in summary
+    assert any(place.glob("checkpoint-?.npz"))
 
 
 def test_signals_are_taken_in_the_main_thread_alone_and_the_second_has_its_usual_effect():
@@ -228,14 +296,15 @@ def test_sigterm_at_the_command_line_and_resume(options, monkeypatch, tmp_path, 
     same_files(place, tmp_path / "straight")
 
 
-def test_sigterm_before_the_first_step_brings_older_files_back(monkeypatch, tmp_path, capsys):
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_before_the_first_step_brings_older_files_back(number, monkeypatch, tmp_path, capsys):
     """With --force an older run is set aside until the new one has something."""
     tc.save_scene(SCENES["full removal"](), tmp_path / "drop.toml")
     (tmp_path / "run").mkdir()
     (tmp_path / "run/summary.json").write_text("older")
-    monkeypatch.setattr(Run, "__init__", lambda *_: os.kill(os.getpid(), signal.SIGTERM))
+    monkeypatch.setattr(Run, "__init__", lambda *_: os.kill(os.getpid(), number))
     assert main(["run", str(tmp_path / "drop.toml"), "--quiet", "--force", "--out", str(tmp_path / "run")]) == 1
-    assert capsys.readouterr().err == "tcontact: interrupted by SIGTERM\n"
+    assert capsys.readouterr().err == f"tcontact: interrupted by {number.name}\n"
     assert [path.name for path in (tmp_path / "run").iterdir()] == ["summary.json"]
     assert (tmp_path / "run/summary.json").read_text() == "older"
 

@@ -119,7 +119,7 @@ def _done(arguments: argparse.Namespace, tell: Callable[[BaseException, str, int
     except MemoryError as error:
         return tell(error, f"there is not enough memory: {error or 'take fewer cells'}", 1)
     except KeyboardInterrupt as stop:
-        return tell(stop, f"interrupted{' by SIGTERM' if isinstance(stop, Terminated) else ''}", 1)
+        return tell(stop, f"interrupted by {stop}" if isinstance(stop, Terminated) else "interrupted", 1)
 
 
 def _told(error: BaseException, text: str, code: int) -> int:

@@ -54,6 +54,7 @@ OURS = (
     "animation.mp4",
     "frames/frame-*.png",
     "report.html",
+    "side-by-side.html",
     "export/frame-*.vtu",
     "export/series.*",
     "study.json",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import textwrap
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,8 +85,7 @@ def contents(path: Path) -> list[str]:
     found.append("  size      " + " x ".join(si(float(length), "m") for length in box))
     obstacles = data.attributes.get("obstacles", ())
     if obstacles:
-        words = (f"{one.get('kind')}{' (moving)' if one.get('motion') else ''}" for one in obstacles)
-        found.append("  obstacles " + ", ".join(words))
+        found += _wrapped("obstacles", ", ".join(_obstacle(one) for one in obstacles))
     found += _fields(data)
     history = data.history
     if history:
@@ -100,6 +100,12 @@ def contents(path: Path) -> list[str]:
                 f"  last row  energy error {history['energy_error'][-1]:.3g}, time {si(history['time'][-1], 's', 4)}"
             )
     return found
+
+
+def _obstacle(one: Mapping[str, Any]) -> str:
+    """Return an obstacle in words: its kind, its name where it has one, and whether it moves."""
+    name = f" {one['name']!r}" if one.get("name") else ""
+    return f"{one.get('kind')}{name}{' (moving)' if one.get('motion') else ''}"
 
 
 def _table(data: dict[str, Any], folder: Path) -> list[str]:

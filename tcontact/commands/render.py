@@ -10,6 +10,7 @@ from typing import Any
 from ..base import validate
 from ..base.errors import InputError
 from ..results.stored import read_summary
+from ..results.tables import nearest
 from . import curves, origins, words
 from . import options as shared
 from .folder import result_file
@@ -61,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _plots(arguments)
     from ..results.files.vtkhdf import ResultData
     from ..show.render import Camera, Clip, render_frames, render_picture
-    from ..show.render.series import command_field, nearest
+    from ..show.render.series import command_field
 
     path = result_file(arguments.file)
     out = arguments.out or path.parent

@@ -11,6 +11,8 @@ from typing import Any
 
 from . import words
 
+TOGETHER = "side-by-side.html"  # page of several folders, beside the page that the first one has of itself
+
 
 def add(subparsers: Any) -> None:
     """Declare the command."""
@@ -21,7 +23,12 @@ def add(subparsers: Any) -> None:
         " side, or of a study: how it ended, checks, curves to zoom, the film, the surface to turn.",
     )
     parser.add_argument("folders", metavar="DIR", nargs="+", type=Path, help="folder of a run, comparison or study")
-    parser.add_argument("--out", metavar="FILE", type=words.file, help="page to write (default: DIR/report.html)")
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        type=words.file,
+        help=f"page to write (default: DIR/report.html; of several, {TOGETHER} in the first)",
+    )
     parser.add_argument("--open", action="store_true", help="show the page in the browser")
     parser.set_defaults(run=run)
 
@@ -39,8 +46,8 @@ def page_of(*folders: Path, out: Path | None = None) -> Path:
     """Write the page of runs or studies, into the first folder if no file is named; return it."""
     from ..show.page.document import write_page
 
-    first = folders[0]
-    return write_page(folders, out or (first if first.is_dir() else first.parent) / "report.html")
+    first, name = folders[0], "report.html" if len(folders) == 1 else TOGETHER
+    return write_page(folders, out or (first if first.is_dir() else first.parent) / name)
 
 
 def show(path: Path) -> None:

@@ -20,7 +20,7 @@ from ..run.checkpoint import store
 from ..run.folder_lock import made_and_locked
 from ..run.history import MOST_ROWS
 from ..show import plots
-from . import curves, folder, options, report_page, same_scene, settings, words
+from . import curves, folder, options, origins, report_page, same_scene, settings, words
 from .no_room import kept_all_the_same, remedy_of_comparison, remedy_of_run
 from .run_own import run_own
 from .run_scene import is_scene, run_scene
@@ -111,7 +111,8 @@ def _start(
         several = f"; {count} ranks" if count > 1 else ""
         print(f"{arguments.case}: {_size(scene, arguments)}{several}", flush=True)
     origin = {"case": arguments.case, "set": arguments.set, "label": label}
-    origin |= {"scene": arguments.scene} if hasattr(arguments, "scene") else {}
+    if hasattr(arguments, "scene"):
+        origin |= {"scene": arguments.scene} | origins.relative(arguments.case, out)
     checkpoint = tc.Checkpoint(arguments.checkpoint, origin=origin, keep=True) if arguments.checkpoint else None
 
     def go() -> Result:

@@ -1,7 +1,8 @@
 """Whether the scene that is made again from a case or scene file is the one that was run: both may have been edited.
 
 summary.json holds the fingerprint of what was run, with numbers rounded so that another processor finds the same. Runs
-of versions that stored none are compared by the nodes in their result file.
+that were killed have one in their checkpoint, with all digits, as `tcontact resume` compares it. Runs of versions that
+stored none are compared by the nodes in their result file.
 """
 
 from __future__ import annotations
@@ -15,26 +16,32 @@ from ..base.errors import InputError
 from ..base.version import __version__
 from ..results.files.vtkhdf import ResultData
 from ..results.stored import NotStored
+from ..run.checkpoint import store
 from ..run.checkpoint.fingerprint import differences, fingerprint
 
 KEY = "fingerprint"  # in summary.json
 NEAR = 1e-9  # of the size of the bodies, to which nodes agree
 
 
-def kept(scene: Any, scheme: Any) -> dict[str, Any]:
-    """Return what summary.json keeps of a scene and its scheme; nothing if a function gives two values at one time."""
+def kept(scene: Any, scheme: Any, rounded: bool = True) -> dict[str, Any]:
+    """Return what summary.json keeps of a scene and its scheme; nothing if a function gives two values at one time.
+
+    rounded: False = with all digits, as checkpoints keep it.
+    """
     try:
-        return {KEY: fingerprint(scene, scheme, rounded=True)}
+        return {KEY: fingerprint(scene, scheme, rounded=rounded)}
     except InputError:
         return {}
 
 
 def check_same(scene: Any, scheme: Any, source: str, summary: Mapping[str, Any], data: ResultData) -> None:
     """Raise `NotStored` if the scene made from `source` (a case or scene file) is not the one that was run."""
-    stored, text = summary.get(KEY), ""
+    known, text = summary or store.head(data.path.parent), ""
+    rounded = KEY in known
+    stored = known.get(KEY if rounded else "physics")
     if isinstance(stored, Mapping):
-        present = kept(scene.for_scheme(getattr(scheme, "implicit", False)), scheme).get(KEY, {})
-        if summary.get("versions", {}).get("tcontact") != __version__:  # others have other options
+        present = kept(scene.for_scheme(getattr(scheme, "implicit", False)), scheme, rounded).get(KEY, {})
+        if known.get("versions", {}).get("tcontact") != __version__:  # others have other options
             stored, present = ({name: one[name] for name in stored if name in present} for one in (stored, present))
         names = differences(stored, present)
         if names:

@@ -1,7 +1,8 @@
-"""Standard output that may be closed, full or read by nobody: a command does its work all the same.
+"""Standard streams that may be closed, full or read by nobody: a command does its work all the same.
 
 A reader that has gone (`tcontact list | head -1`) is nothing to speak of. Anything else that keeps the words of a
-command from being written (a full disk) is said on standard error, and the exit code is 1 instead of 0.
+command from being written (a full disk) is said on standard error, and the exit code is 1 instead of 0. Standard error
+itself goes silent where it cannot be written, as that of a terminal that was closed during a run.
 """
 
 from __future__ import annotations
@@ -58,7 +59,9 @@ class Output:
 
 @contextmanager
 def safe_output() -> Iterator[Output]:
-    """Make standard output an `Output` in the block; closed standard streams are opened to nowhere for good.
+    """Make both standard streams an `Output` in the block, and yield the one for standard output.
+
+    Closed standard streams are opened to nowhere for good.
 
     Else the next file that is opened would get the number of a closed one, and whatever is printed would go there.
     """
@@ -70,11 +73,12 @@ def safe_output() -> Iterator[Output]:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - for as long as the process lives
-    before = sys.stdout
-    output = Output(before)
-    sys.stdout = output
+    before = sys.stdout, sys.stderr
+    output, errors = (Output(stream) for stream in before)
+    sys.stdout, sys.stderr = output, errors
     try:
         yield output
     finally:
         output.flush()
-        sys.stdout = before
+        errors.flush()
+        sys.stdout, sys.stderr = before

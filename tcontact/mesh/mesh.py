@@ -22,6 +22,11 @@ from .mixed_cells import in_rows, out_of_rows, repeats
 from .parts import part_of
 from .rotation import rotation_matrix
 
+NO_SETS = (
+    "this mesh has no sets; name physical groups where the mesh file is made, or add sets:"
+    ' mesh.with_sets(node_sets={"top": numbers of nodes})'
+)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Mesh:
@@ -343,7 +348,11 @@ class Mesh:
     def _known_surfaces(self, names: str | Iterable[str]) -> list[str]:
         def remedy() -> str:
             known = ", ".join(dict.fromkeys([*self.face_sets, *self.node_sets]))
-            return f"use one of the sets of this mesh: {known}" if known else "this mesh has no sets; add some"
+            return (
+                f"use one of the sets of this mesh: {known}"
+                if known
+                else f'{NO_SETS}; contact="auto" or "all" needs none'
+            )
 
         return self._known(names, self.face_sets, self.node_sets, remedy=remedy)
 

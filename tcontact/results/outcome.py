@@ -85,7 +85,7 @@ class Outcome:
         path: file to write the picture to as well, None = none; field: None = the von Mises stress, another one where
         the frames do not have it; size and the other options (camera, deformation_scale, range, view, title, colours,
         clip): as in `tcontact.render.render_picture`.
-        Raises `InputError` for an unknown field and for what cannot be drawn or written.
+        Raises `InputError` for an unknown field, a time outside of the frames and what cannot be drawn or written.
         """
         return np.asarray(self.views.render(self, path, time, field, size, options))
 
@@ -101,6 +101,6 @@ class Outcome:
 
         fields: names of those that the grid gets as point or cell data, None = all. The grid has the time as field
         data "time".
-        Raises `InputError` where PyVista is not installed, and for unknown fields.
+        Raises `InputError` where PyVista is not installed, for unknown fields and a time outside of the frames.
         """
         return tables.grid_of(self.frames, time, fields)

@@ -35,8 +35,8 @@ class StoredResult(Outcome):
 
     frames: the stored frames (`ResultData`), from which `position`, `velocity`, `contact_node_force` [n, 3] and
     `metals` at the end are read; summary: what summary.json holds, such as "case", "parameters", "checks" and
-    "versions"; scene, scheme: those of a run of the command line, made again from its case or scene file, or what was
-    given to `open_result`.
+    "versions"; scene, scheme: those of a run of the command line, made again from the case or scene file that
+    summary.json or a checkpoint names, or what was given to `open_result`.
     The numbers ok, reason, message, steps, time, dt, dt_limit, wall_s, compile_s, cell_updates_per_s, terms, warnings
     and precision are those of `Result`. `layers`, `points` and `contact_pressures` are not stored. A run that has not
     ended has reason "running".
@@ -104,15 +104,24 @@ class StoredResult(Outcome):
     def scene(self) -> Any:
         """The scene. Raises `NotStored` where it is not known, or its case or scene file was edited after the run."""
         if self._made[0] is None:
-            self._refuse("scene", "a program made it: give it to open_result(folder, scene=...)")
+            self._refuse("scene", f"{self._maker}: give it to open_result(folder, scene=...)")
         return self._made[0]
 
     @property
     def scheme(self) -> Any:
         """The scheme. Raises `NotStored` as `scene` does."""
         if self._made[0] is None:
-            self._refuse("scheme", "a program made it: give it to open_result(folder, scene=..., scheme=...)")
+            self._refuse("scheme", f"{self._maker}: give it to open_result(folder, scene=..., scheme=...)")
         return self._made[1]
+
+    @property
+    def _maker(self) -> str:
+        """Return what is known of who made the scene, where it cannot be made again."""
+        if self.summary:
+            return "a program made it"
+        if self.reason == "running":
+            return "the run goes on, or was killed before it wrote summary.json, and no checkpoint names its case"
+        return "there is no summary.json that says what made it"
 
     @property
     def layers(self) -> Any:

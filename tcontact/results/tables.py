@@ -44,11 +44,11 @@ def flat_columns(history: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 def grid_of(data: Any, time: float | None, fields: Sequence[str] | None) -> UnstructuredGrid:
     """Return the frame of a series nearest to a time [s], None = the last, as a grid with displaced points.
 
-    fields: names of those that the grid gets, None = all. Raises `InputError` without PyVista, for unknown fields and
-    a series without frames.
+    fields: names of those that the grid gets, None = all. Raises `InputError` without PyVista, for unknown fields, a
+    series without frames and a time outside of them.
     """
     pyvista = needed("pyvista", "to_pyvista")
-    frame = nearest(data, time)
+    frame = data.frame(nearest(data, time))
     known = frame.point_data | frame.cell_data
     chosen = tuple(known) if fields is None else validate.words("fields", fields, tuple(known))
     moved = frame.point_data.get("displacement")
@@ -63,13 +63,24 @@ def grid_of(data: Any, time: float | None, fields: Sequence[str] | None) -> Unst
     return grid
 
 
-def nearest(data: Any, time: float | None) -> Any:
-    """Return the frame of a series nearest to a time [s], None = the last. Raises `InputError` where there is none."""
+def nearest(data: Any, time: float | None) -> int:
+    """Return the number of the frame of a series nearest to a time [s], None = the last.
+
+    Raises `InputError` where there is none, and for a time that lies outside of the frames by more than half of the
+    longest time between them (of a single frame: of its time).
+    """
     if len(data) == 0:
         raise InputError("data", str(data.path), "the file holds no frames; run again with frames > 0")
+    times = np.asarray(data.times)
     if time is None:
-        return data.frame(len(data) - 1)
-    return data.frame(int(np.argmin(np.abs(data.times - validate.number("time", time)))))
+        return len(times) - 1
+    wanted = validate.number("time", time)
+    apart = np.diff(times).max() if len(times) > 1 else abs(times[0])
+    if max(times[0] - wanted, wanted - times[-1]) > 0.5 * apart:
+        several = f"the frames are from {times[0]:.6g} to {times[-1]:.6g} s"
+        have = several if len(times) > 1 else f"there is one frame alone, at {times[0]:.6g} s"
+        raise InputError("time", time, f"{have}; give a time [s] among them, or none for the last")
+    return int(np.argmin(np.abs(times - wanted)))
 
 
 def needed(package: str, what: str) -> Any:

@@ -1,8 +1,9 @@
-"""Turn Ctrl-C and SIGTERM into a flag, so that a run stops between two steps with its results.
+"""Turn Ctrl-C, SIGTERM and SIGHUP into a flag, so that a run stops between two steps with its results.
 
-Batch systems send SIGTERM some seconds before they kill. If the program handles or ignores SIGTERM itself, that signal
-does not stop a run. Signals are watched in the main thread only. A worker of a pool ends after a run that SIGTERM has
-stopped (`device/workers.py`).
+Batch systems send SIGTERM some seconds before they kill; SIGHUP comes where a terminal or a connection is closed, often
+twice (by the shell and by the system), and is not there on every platform. If the program handles or ignores one of the
+two itself, as `nohup` does with SIGHUP, that signal does not stop a run. Signals are watched in the main thread only. A
+worker of a pool ends after a run that one of the two has stopped (`device/workers.py`).
 """
 
 from __future__ import annotations
@@ -15,21 +16,23 @@ from typing import Any
 
 from ..device import workers
 
-NAMES = {signal.SIGINT: "the user (Ctrl-C)", signal.SIGTERM: "the signal SIGTERM"}
+HANGUP = getattr(signal, "SIGHUP", None)
+ENDINGS = tuple(number for number in (signal.SIGTERM, HANGUP) if number is not None)
+NAMES = {signal.SIGINT: "the user (Ctrl-C)"} | {number: f"the signal {number.name}" for number in ENDINGS}
 
 
-_terminated = False  # by SIGTERM, a run of this process
+_terminated = False  # by SIGTERM or SIGHUP, a run of this process
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM has come outside of the steps of a run, for the command line."""
+    """SIGTERM or SIGHUP has come outside of the steps of a run, for the command line; the text is its name."""
 
 
 @contextmanager
 def interrupts() -> Iterator[Callable[[], str]]:
     """Yield a function that returns the name of the signal that stops the run, or "".
 
-    The first Ctrl-C or SIGTERM is stored; the second one has its usual effect at once.
+    The first signal is stored; the second one has its usual effect at once, but a second SIGHUP has none.
     """
     sender = [""]
     if threading.current_thread() is not threading.main_thread():
@@ -40,9 +43,10 @@ def interrupts() -> Iterator[Callable[[], str]]:
     def remember(number: int, _frame: Any) -> None:
         global _terminated
         sender[0] = NAMES[signal.Signals(number)]
-        _terminated |= number == signal.SIGTERM
+        _terminated |= number in ENDINGS
         for known, handler in before.items():
             signal.signal(known, signal.SIG_DFL if handler is _raise else handler)
+        _ignore_hangups(number)
 
     for number in before:
         signal.signal(number, remember)
@@ -50,12 +54,13 @@ def interrupts() -> Iterator[Callable[[], str]]:
         yield lambda: sender[0]
     finally:
         for number, handler in before.items():
-            signal.signal(number, handler)
+            closed = number == HANGUP and handler is _raise and sender[0] == NAMES[number]
+            signal.signal(number, signal.SIG_IGN if closed else handler)  # a command goes on without its terminal
 
 
 @contextmanager
 def pools_served() -> Iterator[None]:
-    """Let a worker of a pool end with the block, once all is stored, if SIGTERM has stopped a run inside."""
+    """Let a worker of a pool end with the block, once all is stored, if SIGTERM or SIGHUP has stopped a run inside."""
     try:
         yield
     finally:
@@ -65,24 +70,31 @@ def pools_served() -> Iterator[None]:
 
 @contextmanager
 def terminations() -> Iterator[None]:
-    """Make SIGTERM raise `Terminated` in the block, so that a command can clean up."""
+    """Make SIGTERM and SIGHUP raise `Terminated` in the block, so that a command can clean up."""
     main = threading.current_thread() is threading.main_thread()
-    if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        yield
-        return
-    signal.signal(signal.SIGTERM, _raise)
+    ours = [number for number in ENDINGS if main and signal.getsignal(number) is signal.SIG_DFL]
+    for number in ours:
+        signal.signal(number, _raise)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)
 
 
-def _raise(_number: int, _frame: Any) -> None:
-    raise Terminated
+def _raise(number: int, _frame: Any) -> None:
+    _ignore_hangups(number)
+    raise Terminated(signal.Signals(number).name)
+
+
+def _ignore_hangups(number: int) -> None:
+    """Ignore further ones after a SIGHUP: a terminal that closes may send several, and only once it is gone."""
+    if number == HANGUP:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def _ours(number: int, handler: Any) -> bool:
-    """Return whether to handle a signal: Ctrl-C, unless handled outside of Python; SIGTERM, unless handled at all."""
+    """Return whether to handle a signal: Ctrl-C, unless handled outside of Python; others, unless handled at all."""
     if number == signal.SIGINT:
         return handler is not None
     return handler in (signal.SIG_DFL, _raise, workers.end)

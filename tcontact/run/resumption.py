@@ -57,7 +57,7 @@ def resume(
     scene, scheme: the same as before; the other options of `simulate` (frames, history, pressures) are in the
     checkpoint; threads, arch, progress, checkpoint, comm: as in `simulate` (any number of threads gives the same bits);
     as many processes (`mpiexec`) as before give the same bits too, another number goes on with a warning that the last
-    digits differ; checkpoint=None writes one only if Ctrl-C or SIGTERM stops the run; precision: that of the run, which
+    digits differ; checkpoint=None writes one only if a signal stops the run; precision: that of the run, which
     another one cannot continue (None: whatever it is). A damaged checkpoint is replaced by the older one, with a
     warning.
 

@@ -90,9 +90,9 @@ def simulate(
     `MPI.COMM_SELF` each process runs a scene of its own, in a folder of its own, with a part of a split communicator
     several processes do. contact_ranks: how many of them share the contact (docs/SCALING.md), None = as many as
     make the step short.
-    Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
-    second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a
-    program with several runs checks the reason "interrupted" before the next one.
+    Ctrl-C stops after the present step with everything kept, and so do SIGTERM and SIGHUP (a closed terminal) unless
+    the program handles or ignores them; the second signal has its usual effect at once (signals reach runs in the main
+    thread only). They stop this run: a program with several runs checks the reason "interrupted" before the next one.
 
     Raises `InputError` before anything is started or written, `OutputError` where output cannot be written (its
     `result` is what was computed up to then).

@@ -11,7 +11,7 @@ import numpy as np
 from ..base import validate
 from ..base.errors import InputError
 from ..mesh.elements import ELEMENTS
-from ..mesh.mesh import Mesh
+from ..mesh.mesh import NO_SETS, Mesh
 from .periodic import Images
 
 
@@ -108,9 +108,7 @@ def check_probes(probes: Sequence[Probe], mesh: Mesh, images: Images | None, blo
     for number, probe in enumerate(probes):
         field = f"Body.probes[{number}]"
         if probe.set not in known:
-            have = (
-                f"use one of the sets of this mesh: {', '.join(known)}" if known else "this mesh has no sets; add some"
-            )
+            have = f"use one of the sets of this mesh: {', '.join(known)}" if known else NO_SETS
             raise InputError(f"{field}.set", probe.set, have)
         found = probe.cells(mesh, images) if probe.facts.of_metals else np.zeros(0, dtype=np.int64)
         if not metal[found].all():

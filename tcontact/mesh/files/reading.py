@@ -83,4 +83,4 @@ def _reader(file: Path) -> Any:
 
 def _refusal(file: Path, remedy: str) -> InputError:
     """Make an error with the file's name, which the shortened value of a long path would lose."""
-    return InputError("path", str(file), f"{file.name}: {remedy}")
+    return InputError("path", str(file), f"{file.name or file}: {remedy}")

@@ -16,10 +16,10 @@ class Checkpoint:
     """Options for checkpoints in the output folder of a run, from which `tcontact.resume` continues.
 
     every_seconds [s]: of wall time; checkpoints come less often where they would take more than 1 % of it; every_steps:
-    after so many steps, or soon after (bodies of few cells do many steps at once); either or both. Ctrl-C and SIGTERM
-    leave one too. origin: plain data kept with it for resuming: {"case": name, "set": [...]} of the command line; keep:
-    write one at the end as well, and do not remove them when the run has finished, if work follows that a kill may
-    interrupt, such as pictures. Raises `InputError`.
+    after so many steps, or soon after (bodies of few cells do many steps at once); either or both. Ctrl-C, SIGTERM
+    and SIGHUP leave one too. origin: plain data kept with it for resuming: {"case": name, "set": [...]} of the command
+    line; keep: write one at the end as well, and do not remove them when the run has finished, if work follows that a
+    kill may interrupt, such as pictures. Raises `InputError`.
     """
 
     every_seconds: float | None = None

@@ -91,6 +91,12 @@ def read_all(folder: Path) -> tuple[list[Stored], list[Path]]:
     return sorted(good, key=lambda stored: -stored.row), bad
 
 
+def head(folder: Path) -> dict[str, Any]:
+    """Return the plain data of the latest checkpoint of a folder, {} where there is none that can be read."""
+    found = (_head(folder / name) for name in FILES)
+    return max((one for one in found if one is not None), key=lambda one: int(one["row"]), default={})
+
+
 def place_of(folder: Path, rank: int) -> Path:
     """Return the folder for the checkpoints of a rank."""
     return folder if rank == 0 else folder / RANKS / str(rank)

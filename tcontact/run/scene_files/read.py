@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.errors import InputError, hint
+from ...base.errors import InputError, Shown, hint
 from ...base.validate import choice, number
 from ...mesh.box import box_mesh
 from ...mesh.elements import ELEMENTS, MIXED
@@ -33,6 +33,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib  # type: ignore[import-not-found, unused-ignore]
 
+MISSING = Shown("(missing)")  # value of a key that is not there; a word in quotes would look as if it were in the file
 MAXIMUM_BYTES = 2**24  # largest TOML file [bytes]; long arrays are in another file
 BOX = {"box": "size", "cells": "cells", "kind": "kind", "origin": "origin"}
 FILE = {"file": "path", "scale": "scale", "kind": "kind"}
@@ -100,7 +101,7 @@ class Reader:
         check_keys("", data, [*known, "run"])
         for key in ("bodies", "duration"):
             if key not in data:
-                raise InputError(key, "missing", f"add {key} to the file")
+                raise InputError(key, MISSING, f"add {key} to the file")
         values = dict(data)
         values["bodies"] = [self.body(f"bodies[{i}]", table) for i, table in enumerate(tables("bodies", data))]
         if "obstacles" in data:
@@ -137,7 +138,7 @@ class Reader:
         values = dict(data)
         for key in ("mesh", "material"):
             if key not in data:
-                raise InputError(f"{place}.{key}", "missing", "every body needs one")
+                raise InputError(f"{place}.{key}", MISSING, "every body needs one")
         values["mesh"] = self.mesh(f"{place}.mesh", data["mesh"])
         values["material"] = self.materials(f"{place}.material", data["material"])
         self.find_metal(place, values)
@@ -209,7 +210,7 @@ class Reader:
         check_keys(place, values, keys_of(Sdf))
         if "distance" not in values:
             remedy = 'give a file of triangles, such as surface = "die.stl", or an array distance and its spacing'
-            raise InputError(f"{place}.{'distance' if 'surface' in values else 'surface'}", "missing", remedy)
+            raise InputError(f"{place}.{'distance' if 'surface' in values else 'surface'}", MISSING, remedy)
         self.find_metal(place, values)
         for key in ("distance", "gradient"):
             if key in values:
@@ -237,7 +238,7 @@ class Reader:
         default = word or (next(iter(words)) if len(words) == 1 or kind == "contact" else None)
         word = values.pop("type", default)
         if word is None:
-            raise InputError(f"{place}.type", "missing", "use one of " + ", ".join(repr(one) for one in words))
+            raise InputError(f"{place}.type", MISSING, "use one of " + ", ".join(repr(one) for one in words))
         if kind == "material" and isinstance(word, str) and word not in words:
             remedy = f"use one of {', '.join(words)}; an own law is registered before the file is read: import the"
             remedy += " module that calls tcontact.register_law, on the command line with --import FILE.py"

@@ -7,12 +7,11 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ...base import stages, validate
 from ...base.errors import InputError
 from ...device.atomic_file import refuse_link, refuse_lost_link, refuse_special
 from ...results.files.vtkhdf import Frame, ResultData
+from ...results.tables import nearest
 from .animation import animate, can_film, common_palette, film, why_no_film
 from .camera import Camera, Eye
 from .colours import colour_map
@@ -175,7 +174,7 @@ def render_picture(
     """Draw the frame nearest to a time [s], None = the last one, into the file `path`; return it.
 
     Colours and camera are those of the whole series, so that pictures of several times can be compared; the other
-    options are those of `render_frames`.
+    options are those of `render_frames`. Raises `InputError` as that does, and for a time outside of the frames.
     """
     data = data if isinstance(data, ResultData) else ResultData.open(data)
     path = _picture_name(path)
@@ -199,17 +198,11 @@ def drawn_picture(
     clip: Sequence[Clip] = (),
 ) -> Image.Image:
     """Draw the picture of `render_picture`; data: also a series in memory, `show.notebook.EndState`."""
-    index = len(data) - 1 if time is None else nearest(data, time)
+    index = nearest(data, time) if len(data) else 0
     field = usual_field(data) if field is None else field
     studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
     eye = _eye(studio, view, camera)
     return studio.picture(studio.frame(index), field, limits, eye)
-
-
-def nearest(data: Any, time: float) -> int:
-    """Return the number of the frame nearest to a time [s], 0 without frames. Raises `InputError`."""
-    away = np.abs(data.times - validate.number("time", time))
-    return int(np.argmin(away)) if len(away) else 0
 
 
 def stored_picture(picture: Image.Image, path: Path | str) -> None:
