@@ -169,3 +169,28 @@ def test_what_friction_between_bodies_does_not_do_is_refused(options, text):
 def test_friction_of_a_pair_is_a_model():
     with pytest.raises(tc.InputError, match=r"tcontact.Coulomb\(0.3\)"):
         tc.Pair("up", "low", friction=0.3)
+
+
+def test_the_first_row_of_friction_that_depends_on_speed_does_not_depend_on_a_common_velocity():
+    """Bodies that press on each other from the start, with masters that supports hold, have friction in that row."""
+
+    def found(boost):
+        boost = np.array(boost)
+        upper = tc.box_mesh((1.0, 1.0, 1.0), (3, 3, 2))
+        lower = tc.box_mesh((1.6, 1.7, 0.4), (3, 4, 2), origin=(-0.3, -0.3, -0.4))
+        speed = boost + np.array((0.01, 0.0, 0.0))
+        sides = [tc.Support("ymax", "xyz", velocity=tuple(speed))]
+        load = [tc.Load("xmax", traction=(0.0, 0.0, -0.02))]
+        bodies = [
+            tc.Body(upper, soft(), tuple(speed), contact="zmin", supports=sides, loads=load, name="up"),
+            tc.Body(lower, soft(), tuple(boost), contact="zmax", name="low"),
+        ]
+        friction = tc.Coulomb(static=0.4, kinetic=0.2, decay=50.0)
+        contact = tc.MasslessContact("full", tolerance=1e-10)
+        scene = tc.Scene(bodies, duration=0.04, contact=contact, friction=friction)
+        return tc.simulate(scene, tc.CentralDifference(dt=0.02)).pair_force["up-low"]
+
+    known = found((0.0, 0.0, 0.0))
+    assert np.abs(known[0]).max() > 1e-3
+    for boost in ((0.3, 0.0, 0.0), (-0.2, 0.5, 0.1)):
+        assert np.abs(found(boost) - known).max() <= 1e-10 * np.abs(known).max()

@@ -11,6 +11,7 @@ from stopped_runs import copied, quietly, same, same_files
 from stopped_runs import scene as stopped_scene
 
 import tcontact as tc
+from tcontact.planning.probe_places import ProbePlace
 from tcontact.results.files.vtkhdf import ResultData
 
 RUBBER = tc.NeoHookean(1e7, 0.3, 1000.0)
@@ -294,3 +295,14 @@ def test_the_cells_of_a_set(kind):
     assert (low[whole] > 0.6).all()
     mesh = mesh.with_sets(node_sets={"some": top})
     assert np.array_equal(tc.Probe("some", "stress").cells(mesh), np.flatnonzero(on_top > 0))
+
+
+def test_the_mean_of_a_row_has_the_same_bits_however_many_rows_are_measured_at_once():
+    """Frames and checkpoints end a launch; the stress of the cells of a probe stands in one of several columns."""
+    random = np.random.default_rng(3)
+    weights, fields = random.random(48), random.normal(size=(32, 60, 7))
+    place = ProbePlace(tc.Probe("zmin", "von_mises"), random.permutation(60)[:48], weights / weights.sum())
+    whole, stress = (place.mean(values[:, place.items]) for values in (fields[..., 6], fields[..., :6]))
+    for rows in (1, 2, 5):
+        np.testing.assert_array_equal(place.mean(fields[:rows, :, 6][:, place.items]), whole[:rows])
+        np.testing.assert_array_equal(place.mean(fields[:rows, :, :6][:, place.items]), stress[:rows])

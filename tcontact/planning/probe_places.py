@@ -31,7 +31,7 @@ class ProbePlace:
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Return the mean of values [rows, k, ..] of its items; of a part of a body, its share of the mean."""
         weights = self.weights.reshape(-1, *(1,) * (values.ndim - 2))
-        return np.asarray((values * weights).sum(axis=1))  # the same bits for any number of rows
+        return np.asarray(np.ascontiguousarray(values * weights).sum(axis=1))  # the same bits for any number of rows
 
     def part(self, numbers: np.ndarray, counted: np.ndarray) -> ProbePlace:
         """Return what a part of the mesh has of it.

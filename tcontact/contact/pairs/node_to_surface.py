@@ -1,9 +1,16 @@
 """Node-to-surface rows of a slave surface whose nodes have mass, for the penalty (METHOD 7).
 
-    g = n_f . (x_s - sum_a N_a x_a),   area A_s
+    g = n . (x_s - sum_a P_a x_a),   n ~ sum_f s_f n_f,   P = sum_f s_f N_f,   area A_s
 
-N are the shape functions of the master face f where the slave node meets it along its normal n_f. A node has one row,
-on its closest face; of faces that are equally close, as at an edge that they share, on the first one of the mesh.
+N_f are the shape functions of a master face f where the slave node meets it along its normal n_f. A node has one row,
+on its closest face. Faces that are equally close share it. At a distance b_f from the node along each of them,
+
+    s_f ~ (1 - (d_f - min d) / e) / (b_f + e),   e = TIED h
+
+is continuous in d_f and b_f, and no numbering of faces enters it. Between two faces, before an edge or behind a groove,
+where the closest point is on their common side, n is then the direction from there to the node, since
+n sin(a + b) = n_1 sin b + n_2 sin a at angles a and b from n to n_1 and n_2; where a node stands on the side that two
+faces share, or as deep behind both, n is the mean of their normals.
 """
 
 from __future__ import annotations
@@ -11,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...planning.lumped_mass import QUAD_CORNERS, node_areas
-from .coupling import FAR, Coupling
+from .coupling import FAR, Coupling, starts
 from .surfaces import Facing, area_vectors
 
 BEYOND = 0.025  # share of a face by which a node may lie beside it and have a row with its shape functions
@@ -19,6 +26,7 @@ WEDGE = 1.0  # distance from a face along it over that across it with which a no
 ITERATIONS = 10  # of Newton's method for the local coordinates
 FARTHEST = 2.0  # largest local coordinate
 ROUNDING = 1e-9  # of a distance over the size of a face
+TIED = 1e-6  # the same, by which a face may be further away than the closest one and have a share in the row
 
 
 def couple_nodes(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling:
@@ -31,33 +39,49 @@ def couple_nodes(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Co
     size = np.linalg.norm(vectors, axis=1)
     normals = vectors / size[:, None]
     shares = _shares(corners, normals)
-    distance = np.linalg.norm(np.einsum("pa,pai->pi", _weights(shares, 0.0), corners), axis=1)
+    place, away = _closest(shares, corners)
+    closest = np.einsum("pa,pai->pi", place, corners)
+    distance = np.linalg.norm(closest, axis=1)
+    along = np.linalg.norm(closest - np.einsum("pi,pi->p", closest, normals)[:, None] * normals, axis=1)
     weights = _weights(shares, BEYOND)
-    apart = np.einsum("pa,pai->pi", -weights, corners)
+    apart = -np.einsum("pa,pai->pi", weights, corners)
     gap = np.einsum("pi,pi->p", apart, normals)
-    aside = np.linalg.norm(apart - gap[:, None] * normals, axis=1)
+    aside = np.linalg.norm(apart - gap[:, None] * normals, axis=1) - ROUNDING * np.sqrt(size)
+    bends = _bends(positions, masters)[f]
     beyond = shares < -BEYOND
-    between = ((_bends(positions, masters)[f] * gap[:, None] < 0.0) | ~beyond).all(axis=1)
-    kept = aside <= np.where(beyond.any(axis=1) & between, WEDGE * np.abs(gap), 0.0) + ROUNDING * np.sqrt(size)
-    kept = np.flatnonzero(kept & (gap <= facing.reach) & (gap >= -FAR * facing.reach))
+    between = beyond.any(axis=1) & ((bends * gap[:, None] < 0.0) | ~beyond).all(axis=1)
+    near = (gap <= facing.reach) & (gap >= -FAR * facing.reach)
+    kept = near & (aside <= np.where(between, WEDGE * np.abs(gap), 0.0))
     least = np.full(len(positions), np.inf)
     np.minimum.at(least, nodes[kept], distance[kept])
-    kept = kept[distance[kept] <= least[nodes[kept]] + ROUNDING * np.sqrt(size[kept])]
-    order = kept[np.lexsort((f[kept], nodes[kept]))]
-    slaves, first = np.unique(nodes[order], return_index=True)
-    chosen = order[first]
-    faces, weights = masters[f[chosen]], weights[chosen]
+    further = np.abs(distance - least[nodes]) / (TIED * np.sqrt(size))
+    chosen = np.flatnonzero((kept | near & between) & (further < 1.0))
+    chosen = chosen[np.lexsort((f[chosen], nodes[chosen]))]
+    nodes, f = nodes[chosen], f[chosen]
+    slaves, row, faces = np.unique(nodes, return_inverse=True, return_counts=True)
+    share = (1.0 - further[chosen]) / (along[chosen] + TIED * np.sqrt(size[chosen]))
+    share /= np.bincount(row, share)[row]
+    ends = np.isnan(bends)  # sides where the surface ends, which a node may lie beside; others are those of two faces
+    beside = (ends & (away <= away.min(axis=1)[:, None] + ROUNDING * np.sqrt(size)[:, None])).any(axis=1)[chosen]
+    at_end = _weights(shares[chosen], np.where(ends[chosen], BEYOND, 0.0))
+    shared = np.where(beside[:, None], at_end, place[chosen])
+    weights = share[:, None] * np.where((faces[row] > 1)[:, None], shared, weights[chosen])
     there = weights != 0.0  # not of the fourth corner of a triangle
+    count = len(positions)
+    entries, entry = np.unique((row[:, None] * count + masters[f])[there], return_inverse=True)
+    row_of, master = np.divmod(entries, count)
+    owner = np.zeros(count, dtype=np.int64)
+    owner[masters] = facing.master_bodies[:, None]
     return Coupling(
         slaves=slaves,
         area=node_areas(positions, facing.slave.faces)[slaves],
-        first=np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int64),
-        masters=faces[there],
-        weights=weights[there],
-        bodies=np.repeat(facing.master_bodies[f[chosen]], there.sum(axis=1)),
-        first_face=np.arange(len(slaves) + 1),
-        faces=faces,
-        face_weights=np.ones(len(slaves)),
+        first=np.searchsorted(row_of, np.arange(len(slaves) + 1)),
+        masters=master,
+        weights=np.bincount(entry, weights[there], len(entries)),
+        bodies=owner[master],
+        first_face=starts(faces),
+        faces=masters[f],
+        face_weights=share,
     )
 
 
@@ -94,12 +118,34 @@ def _shares(corners: np.ndarray, normals: np.ndarray) -> np.ndarray:
     return result
 
 
-def _weights(shares: np.ndarray, beyond: float) -> np.ndarray:
-    """Return the shape functions [p, 4] of the closest place that is at most `beyond` outside a face."""
+def _closest(shares: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the shape functions [p, 4] of the place of a face that is closest to the origin.
+
+    And the distances of the sides [p, 4] from it, infinite of the missing side of a triangle. shares [p, 4]: of
+    `_shares`; corners [p, 4, 3].
+    """
+    sides = np.roll(corners, -1, axis=1) - corners
+    length = np.einsum("pai,pai->pa", sides, sides)
+    way = -np.einsum("pai,pai->pa", corners, sides) / np.where(length > 0.0, length, 1.0)
+    way = np.clip(way, 0.0, 1.0)
+    away = np.where(length > 0.0, np.linalg.norm(corners + way[:, :, None] * sides, axis=2), np.inf)
+    every, side = np.arange(len(way)), away.argmin(axis=1)
+    result = np.zeros(shares.shape)
+    result[every, side], result[every, (side + 1) % 4] = 1.0 - way[every, side], way[every, side]
+    above = np.asarray((shares >= 0.0).all(axis=1))
+    return np.where(above[:, None], _weights(shares, 0.0), result), away
+
+
+def _weights(shares: np.ndarray, beyond: float | np.ndarray) -> np.ndarray:
+    """Return the shape functions [p, 4] of the closest place that is at most `beyond` outside a face.
+
+    beyond: of all sides, or of every side of each face [p, 4].
+    """
+    beyond = np.broadcast_to(beyond, shares.shape)
     inside = np.maximum(shares, -beyond)
     triangle = np.isinf(shares[:, 2])
     three = np.stack([inside[:, 1], inside[:, 3], inside[:, 0], np.zeros(len(shares))], axis=1)
-    a, b = (np.minimum(inside[:, one], 1.0 + beyond) for one in (3, 0))
+    a, b = (np.minimum(inside[:, one], 1.0 + beyond[:, opposite]) for one, opposite in ((3, 1), (0, 2)))
     quads = np.stack([(1.0 - a) * (1.0 - b), a * (1.0 - b), a * b, (1.0 - a) * b], axis=1)
     return np.where(triangle[:, None], three / three.sum(axis=1)[:, None], quads)
 
@@ -109,7 +155,7 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def _bends(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return how the surface of faces [f, 4] bends at every side [f, 4]: 1 to a groove, -1 to an edge, 0 at its end.
+    """Return how the surface of faces [f, 4] bends at every side [f, 4]: 1 to a groove, -1 to an edge, NaN at its end.
 
     Beyond a side a node lies between two faces only before an edge, or behind a groove; elsewhere another face has it.
     """
@@ -120,7 +166,7 @@ def _bends(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     second = order[(np.cumsum(count) - 1)[count == 2]]
     middle = positions[ends].mean(axis=2).reshape(-1, 3)
     normals, centres = area_vectors(positions, faces), positions[faces].mean(axis=1)
-    result = np.zeros(faces.size)
+    result = np.full(faces.size, np.nan)
     for one, other in ((first, second), (second, first)):
         away = centres[other // 4] - middle[one]
         result[one] = np.sign(np.einsum("si,si->s", normals[one // 4], away))

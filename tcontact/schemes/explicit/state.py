@@ -220,18 +220,32 @@ class DomainState:
             self.serial.run(self.serial.names.LOADS, self.u, self.v, 0.0, 0.0, 0.0)
         if isinstance(self.device, DeviceBoundarySteps) and self.device.pairs is not None:
             self.device.build_rows()
-        if isinstance(self.device, DeviceContactSteps) and self.contact is not None:
-            assert self.domain.contact is not None
-            self.device.begin()
-            self.contact.start_velocity(self.u, self.start_velocity[self.domain.contact.nodes], dt)
+        if isinstance(self.device, DeviceContactSteps):
+            self._place(self.device.begin, dt)
         if self.serial is None or self.contact is None:
             return
         if self.contact.kernel == "penalty" and self.contact.pairs is not None:
             self.serial.build_rows(self.u)
         if self.contact.kernel == "massless":
-            assert self.domain.contact is not None
-            self.serial.run(self.serial.names.PLACE, self.u, self.v, 0.0, 0.0, dt)
-            self.contact.start_velocity(self.u, self.start_velocity[self.domain.contact.nodes], dt)
+            run, place = self.serial.run, self.serial.names.PLACE
+            self._place(lambda: run(place, self.u, self.v, 0.0, 0.0, dt), dt)
+
+    def _place(self, solve: Callable[[], object], dt: float) -> None:
+        """Bring massless nodes to equilibrium by the solve of the start, and give them their start velocity.
+
+        Friction that depends on the slip speed takes it from velocities: in this solve from those of the start, which
+        the massless components have no other place for before it. dt [s]: the first step.
+        """
+        assert self.contact is not None
+        assert self.domain.contact is not None
+        if self.contact.options.static_friction and self.contact.options.varied:
+            massive = np.array(arrays.get(self.v))
+            arrays.set_values(self.v, self.start_velocity)
+            solve()
+            arrays.set_values(self.v, massive)
+        else:
+            solve()
+        self.contact.start_velocity(self.u, self.start_velocity[self.domain.contact.nodes], dt)
 
     def _start_driven(self, speeds: np.ndarray) -> None:
         """Set the velocities of driven components to those of their axes [axes] [m/s] at the start."""
