@@ -324,6 +324,16 @@ def bonded():
     return tc.Scene([first, second], [tc.Plane()], 1.2e-3, contact=contact, viscosity=tc.BulkViscosity())
 
 
+def strewn():
+    """Hexahedra that hit a plane, on the first rank alone, beside averaged tetrahedra of a metal in flight."""
+    metal = tc.ElastoPlastic(2.3e7, 0.27, 1350.0, tc.LinearHardening(5e4, 1e6), specific_heat=900.0)
+    first = block("neo", counts=(3, 3, 3), contact="zmin", name="first")
+    moved = {"velocity": lambda x: 12.0 * np.sin(40.0 * x[:, [1, 2, 0]]), "at": (0.3, 0.0, 0.2)}
+    second = block(metal, counts=(3, 3, 3), kind="tet4", name="second", **moved)
+    contact = tc.PenaltyContact(stiffness=2e9)
+    return tc.Scene([first, second], [tc.Plane()], 2e-3, contact=contact, maxima=("plastic_strain", "pressure"))
+
+
 def hung():
     """Ranks share the contact of two bodies that springs and rigid parts hold, with a table of coefficients."""
     coefficients = [[0.4, 0.35, 0.3], [0.3, 0.25, 0.2], [0.1, 0.1, 0.05]]
@@ -397,6 +407,7 @@ EVERY = (
     rubber,
     averaged,
     bonded,
+    strewn,
 )
 SCENES = {one.__name__: one for one in EVERY}
 SCHEMES = {"crushed": tc.CentralDifference(cfl=0.2), "burst": tc.CentralDifference(dt=1.7e-4)}

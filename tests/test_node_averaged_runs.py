@@ -32,6 +32,20 @@ def test_cold_sweeps_of_normal_removal_stay_few_near_one_half():
     assert 10 < history["sweeps"].max() <= 50
 
 
+def test_viscous_contact_cells_of_the_linear_law_are_those_of_small_strains():
+    """Linear and neo-Hookean bodies that slide slowly on a plane differ by their strains."""
+    results = []
+    for law in ("linear", "neo"):
+        scene = thrown(block("tet4", 3), 0.45, law, friction=tc.Coulomb(0.3), duration=4e-4)
+        slow = replace(scene.bodies[0], velocity=(5e-4, 3e-4, -4e-3))
+        scene = replace(scene, bodies=[slow], obstacles=[tc.Plane((0, 0, -1e-7), (0, 0, 1.0))])
+        results.append(tc.simulate(scene, tc.CentralDifference(dt=1.5e-5)).history)
+    linear, neo = results
+    for name in ("contact_force", "friction_work", "viscous_work"):
+        assert np.abs(linear[name]).max() > 0.0
+        assert np.allclose(linear[name], neo[name], rtol=0.0, atol=1e-3 * np.abs(neo[name]).max())
+
+
 REFUSED = {
     "hexahedra": lambda: averaged(block("hex8", 2)),
     "a law without a volume part": lambda: averaged(block("tet4", 2), "svk", 0.45),

@@ -113,6 +113,8 @@ def step_parts(kind: str, law: str, thread: bool = False):
     The functions give the force of a step, and a component of the position of a corner that the force is taken at;
     thread: for a thread with a cell of its own.
     """
+    if LAWS[law].linear and elements.FUNCTIONS[kind].averaged:  # its viscosity is that of the change of shape alone
+        return elements.step_force_of(kind, thread), linear_elastic.LAW, at_rest
     if LAWS[law].linear:
         element = elements.UNSTORED.get(kind, kind)
         return (elements.thread_force_of if thread else elements.force_of)(element, law), linear_elastic.LAW, at_rest

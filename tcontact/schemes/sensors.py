@@ -154,7 +154,8 @@ class Sensors:
             if quantity != "plastic_strain":  # the cells measure that
                 table[:, self.layout.place[f"{quantity}_max"].start] = values
             row = int(_largest(values[None])[0])
-            if quantity not in self.maxima or values[row] > self.maxima[quantity][0]:
+            known = self.maxima[quantity][0] if quantity in self.maxima else -np.inf
+            if values[row] > known:  # NaN without a metal has no place
                 label = self.bodies[int(body[row])].label
                 self.maxima[quantity] = [float(values[row]), float(times[row]), label, int(cell[row])]
 

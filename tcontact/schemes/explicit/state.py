@@ -80,7 +80,7 @@ class DomainState:
         self.start_velocity = self._started(velocity)
         on_device = steps_on_device(scene, domain)
         self.internal_force: InternalForce = DeviceForce(domain) if on_device else InternalForce(domain)
-        if self.shared_volumes is not None:
+        if self.shared_volumes is not None and self.shared_volumes.blocks:
             self.internal_force.average = ForceVolumes(self.internal_force, self.shared_volumes).average
         # a static solve has many launches; without one arrays stand alone, whose kernels keep less in local memory
         solves = domain.contact is not None and isinstance(scene.contact, MasslessContact)
