@@ -130,6 +130,19 @@ def test_metals_have_full_removal_in_slow_impacts_alone(speed, obstacles, contac
     assert contact_of(elastic).removal == "full"
 
 
+def test_a_metal_that_is_not_at_the_contact_does_not_count():
+    """A striker with a rubber tip chooses as one of rubber; one layer of metal at the contact nodes decides."""
+    low = BOX.cell_centres()[:, 2] < 0.005
+    mesh = BOX.with_sets(cell_sets={"low": np.flatnonzero(low), "high": np.flatnonzero(~low)})
+    rubber = tc.NeoHookean(1e9, 0.35, 1000.0)
+    for contact, tip, back in ((("zmin",), rubber, copper()), (("zmax",), copper(), rubber)):
+        for removal in ("auto", "full"):
+            scene = thrown(100.0, [BALL], removal, contact, mesh, {"low": tip, "high": back})
+            assert contact_of(scene).removal == "full"
+    scene = thrown(100.0, [BALL], "auto", ("zmin",), mesh, {"low": copper(), "high": rubber})
+    assert contact_of(scene).removal == "normal"
+
+
 @pytest.mark.parametrize("velocity", [(0.0, 0.0, 100.0), lambda t: (0.0, 0.0, 100.0 * t / 2e-6)])
 def test_the_speed_of_an_impact_counts_the_obstacle_and_not_its_slip(velocity):
     moving = tc.Sphere(center=BALL.center, radius=0.004, velocity=velocity)

@@ -46,9 +46,22 @@ def fast_metal(scene: Scene, numbers: Sequence[int]) -> bool:
     return any(impact_number(scene, number) > SLOW for number in numbers)
 
 
+def contact_metals(body: Body) -> list[ElastoPlastic]:
+    """Return the metals of the cells at the contact nodes of a body."""
+    blocks = [block for block in body.blocks if isinstance(block.material, ElastoPlastic)]
+    if len(blocks) < len(body.blocks):
+        touching = np.zeros(body.mesh.node_count, dtype=bool)
+        touching[body.contact_nodes] = True
+        blocks = [block for block in blocks if touching[block.cells].any()]
+    return [block.material for block in blocks if isinstance(block.material, ElastoPlastic)]
+
+
 def impact_number(scene: Scene, index: int) -> float:
-    """Return m = rho v^2/Y of a body, with its largest normal speed v against what it may meet; 0 if it is no metal."""
-    metals = [material for material in scene.bodies[index].materials if isinstance(material, ElastoPlastic)]
+    """Return m = rho v^2/Y of a body, with its largest normal speed v against what it may meet.
+
+    It is 0 where no metal is at its contact nodes.
+    """
+    metals = contact_metals(scene.bodies[index])
     if not metals:
         return 0.0
     speed = impact_speed(scene, index)

@@ -15,7 +15,7 @@ from ..scene.meeting import area_vectors
 from ..scene.periodic import Images
 from ..scene.reach import within_reach
 from ..scene.scene import Scene
-from .metal_removal import ONE_SIDE, check_full, fast_metal, own_normals
+from .metal_removal import ONE_SIDE, check_full, contact_metals, fast_metal, own_normals
 from .rotation import moves_as_one, spin
 
 FACING = np.cos(np.radians(15.0))  # a face within 15 degrees of its plane may lose normal mass only
@@ -98,7 +98,7 @@ def choose_removal(scene: Scene, index: int, joint: JointRemoval | None = None) 
     if normals is None:
         return "full"
     facing = (-(_outward(body) @ normals.T)).max(axis=1)
-    faces = (facing > FACING).all() or any(material.plastic for material in body.materials)
+    faces = (facing > FACING).all() or bool(contact_metals(body))
     return "normal" if faces and _turn(scene, body) <= SPINS else "full"
 
 
@@ -187,7 +187,7 @@ def massless_nodes(scene: Scene, index: int, joint: JointRemoval | None = None) 
             joint.check_full(index)
     elif removal == "full":
         check_full(scene, index)
-    elif any(material.plastic for material in body.materials) and _plane_normals(scene, body) is None:
+    elif contact_metals(body) and _plane_normals(scene, body) is None:
         normals = own_normals(body)
     else:
         obstacles = [
