@@ -9,7 +9,7 @@ there. The nodes of contact cells are on one rank alone, so that a static solve 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,7 +27,6 @@ from ..scene.cell_blocks import AVERAGED
 if TYPE_CHECKING:
     from .internal_force import InternalForce
 
-Shared = Sequence[tuple[int, np.ndarray]]  # for every other rank, ascending, the nodes [k] in the order of both
 Key = tuple[int, str, str]  # of a block in all ranks: number of the body, kind, region
 
 
@@ -42,8 +41,10 @@ class SharedVolumes:
         for key, number in self.blocks.items():
             inside = _inside(self.domain, number)
             mine[key] = {other: inside[nodes] for other, nodes in shared.items()}
+        # other ranks may have no cells of a block at a node that both have
         told = [{key: own[other] for key, own in mine.items() if other in own} for other in range(team.size)]
         theirs = team.comm.alltoall(told)
+        # by block, for every other rank, ascending, the nodes [k] in the order of both
         self.shared: dict[Key, list[tuple[int, np.ndarray]]] = {key: [] for key in self.blocks}
         for other, nodes in shared.items():
             for key in sorted(mine.keys() & theirs[other].keys()):

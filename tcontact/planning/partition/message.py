@@ -19,13 +19,12 @@ from .outline import BodyOutline, DomainOutline
 
 OF_SCENE = ("body", "damping", "viscosity")  # what the receiver has
 ACTS: dict[str, Any] = {"images": None, "rigid": ()}  # what such a part has not
-OF_CONTACT = ("shared", "settings", "surfaces", "counted")  # of a domain whose contact ranks share
-OF_NODES = ("held",)  # of a domain that averages at nodes
+OF_PART = ("shared", "settings", "surfaces", "counted", "held")  # what a part alone has, or None
 
 
 def packed(part: DomainPart) -> dict[str, Any]:
     """Return the part of a rank other than the first."""
-    options = {name: getattr(part.domain, name) for name in (*OF_DOMAIN, *OF_CONTACT, *OF_NODES)}
+    options = {name: getattr(part.domain, name) for name in (*OF_DOMAIN, *OF_PART)}
     return {"options": options, "paired": bool(part.domain.pairs), "bodies": [_packed_body(one) for one in part.bodies]}
 
 
