@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def scene(**changes):
-    body = changes.pop("body", None) or tc.Body(BOX, MAT, velocity=(0, 0, -3.0), contact="zmin", name='a "b"\n\\')
+    body = changes.pop("body", None) or tc.Body(BOX, MAT, velocity=(0, 0, -3.0), contact="zmin", name='a "b" \\')
     given = {"bodies": [body], "obstacles": [tc.Plane(point=(0, 0, 0.33))], "duration": 2e-4}
     return tc.Scene(**{**given, **changes})
 
