@@ -25,6 +25,14 @@ FINE = tc.CentralDifference(cfl=0.3)
 LATE = 6.1e-4
 
 
+@pytest.fixture(autouse=True)
+def hangups():
+    """SIGHUP has its usual effect here, also where all tests run under nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 def rising(time):
     """Velocity of a wall that pushes [m/s]."""
     return np.array([0.0, 0.0, 0.1])
