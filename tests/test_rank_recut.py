@@ -34,13 +34,14 @@ SCENES = (
     "scraped",
     "rubber",
     "averaged",
+    "bonded",
 )
 # all changes of all scenes with --slow alone: test_rank_runs.py has in every run what is left out from two ranks to one
 SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 CHANGES = {
-    (2, 1): tuple(name for name in SCENES if SLOW or name not in ("pair", "metal", "held", "rubber", "averaged")),
+    (2, 1): tuple(name for name in SCENES if SLOW or name not in ("pair", "metal", "held", "rubber", "averaged", "bonded")),
     (1, 2): SCENES if SLOW else ("normal", "sensed", "varied", "crossed", "hung", "scraped"),
-    (2, 3): SCENES if SLOW else ("pair", "metal", "held", "varied", "squeezed", "averaged"),
+    (2, 3): SCENES if SLOW else ("pair", "metal", "held", "varied", "squeezed", "averaged", "bonded"),
 }
 COUNTED = {1: "one process", 2: "2 ranks", 3: "3 ranks"}
 BOUND = 1e-11  # of the largest value

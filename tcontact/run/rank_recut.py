@@ -45,7 +45,7 @@ OF_FIRST = re.compile(
 # written in every step before it is read
 SCRATCH = re.compile(
     r"domains\.\d+\.(?:_counted|_kick|_before|supports\.speeds|boundary_nodes\.mass|serial\.(?:sums|control)"
-    r"|internal_force\.(?:rows|special_force|node_sums|cell_sums|parameters|memory|bulk_viscosity))$"
+    r"|internal_force\.(?:rows|special_force|node_sums|cell_sums|parameters|memory|bulk_viscosity|volumes))$"
     r"|limits\.\d+\.force\.|shape\._rates\.\d+\._arrays\.|team\."
 )
 OF_PART = ("team.", "parts.", "domains.", "limits.", "shape._rates.")  # what every rank makes of its own part
