@@ -1,12 +1,13 @@
 """Scenes of every physics for the tests of resume and of faults, and runs that leave copies of themselves."""
 
+import os
 import shutil
 import warnings
 
 import numpy as np
 
 import tcontact as tc
-from tcontact.results.files.vtkhdf import ResultData
+from tcontact.results.files.vtkhdf import ResultData, ResultFile
 from tcontact.run.checkpoint.keeper import Keeper
 
 ROUND = {"young": 2e7, "poisson": 0.3, "density": 1200.0}
@@ -183,3 +184,15 @@ def same_files(one, other):
     assert mine.attributes["obstacles"] == theirs.attributes["obstacles"]
     assert (one / "history.csv").read_bytes() == (other / "history.csv").read_bytes()
     assert sorted(path.name for path in one.iterdir()) == sorted(path.name for path in other.iterdir())
+
+
+def signalled(monkeypatch, number, when=5):
+    """Send a signal to this process at a frame."""
+    append = ResultFile.append
+
+    def sent(self, moment, *fields):
+        if len(self) == when:
+            os.kill(os.getpid(), number)
+        append(self, moment, *fields)
+
+    monkeypatch.setattr(ResultFile, "append", sent)

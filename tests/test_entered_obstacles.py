@@ -66,3 +66,18 @@ def test_without_contact_no_one_is_told_twice():
     with pytest.warns(UserWarning, match="no Body.contact"):
         scene = tc.Scene([body], [FLOOR], 0.01)
     assert not tc.simulate(scene, threads=THREADS).warnings
+
+
+def test_a_motion_that_fails_between_the_rows_costs_no_result():
+    """The looks at the end follow a motion at more times than the run, which has everything by then."""
+
+    def velocity(t):
+        if 3.011e-4 < t < 3.019e-4:
+            raise ValueError("no value here")
+        return 0.0, 0.0, 0.1
+
+    wall = tc.Plane((0.0, 0.0, -1e-4), velocity=velocity)
+    mesh = tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2))
+    body = tc.Body(mesh, material("neo"), velocity=(0.0, 0.0, -1.0), contact="zmin")
+    scene = tc.Scene([body], [wall], 1e-3, contact=tc.MasslessContact("full"))
+    assert tc.simulate(scene, tc.CentralDifference(dt=2e-5), threads=THREADS).reason == "finished"

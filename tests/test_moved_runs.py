@@ -1,17 +1,15 @@
 """A run finds its scene file after both were moved, and after it was killed, or says what can be done."""
 
 import json
-import os
 import shutil
 import signal
 
 import numpy as np
 import pytest
-from stopped_runs import same_files
+from stopped_runs import same_files, signalled
 
 import tcontact as tc
 from tcontact.commands.cli import main
-from tcontact.results.files.vtkhdf import ResultFile
 from tcontact.results.stored import NotStored
 from tcontact.run.checkpoint import store
 from tcontact.run.checkpoint.keeper import Keeper
@@ -54,15 +52,8 @@ def stopped(tmp_path, monkeypatch):
     file = project(tmp_path / "first")
     command = ["run", str(file), "--set", "cfl=0.3", "--frames", "8", "--quiet", "--out"]
     assert main([*command, str(tmp_path / "straight")]) == 0
-    append = ResultFile.append
-
-    def sent(self, moment, *fields):
-        if len(self) == 2:
-            os.kill(os.getpid(), signal.SIGTERM)
-        append(self, moment, *fields)
-
     with monkeypatch.context() as patch:
-        patch.setattr(ResultFile, "append", sent)
+        signalled(patch, signal.SIGTERM, when=2)
         assert main([*command, str(file.parent / "runs" / "a")]) == 1
     (tmp_path / "elsewhere").mkdir()
     file.parent.rename(tmp_path / "elsewhere" / "moved é")

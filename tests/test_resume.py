@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import os
 import random
 import shutil
 import signal
@@ -10,7 +9,7 @@ import signal
 import numpy as np
 import pytest
 from scenes import python
-from stopped_runs import MORE_SCENES, SCENES, copied, quietly, same, same_files, scene
+from stopped_runs import MORE_SCENES, SCENES, copied, quietly, same, same_files, scene, signalled
 
 import tcontact as tc
 from tcontact.commands.cli import main
@@ -300,15 +299,8 @@ def test_a_result_file_with_too_few_frames_is_refused(stopped, tmp_path):
 
 def stop(monkeypatch, command):
     """Run a command in which Ctrl-C is pressed when its fourth frame is written."""
-    append = ResultFile.append
-
-    def pressed(self, moment, *fields):
-        if len(self) == 3:
-            os.kill(os.getpid(), signal.SIGINT)
-        append(self, moment, *fields)
-
     with monkeypatch.context() as patch:
-        patch.setattr(ResultFile, "append", pressed)
+        signalled(patch, signal.SIGINT, when=3)
         assert main(command) == 1
 
 

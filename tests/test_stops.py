@@ -9,7 +9,7 @@ import threading
 import numpy as np
 import pytest
 from scenes import ROOT, python
-from stopped_runs import SCENES, quietly, same, same_files, scene
+from stopped_runs import SCENES, quietly, same, same_files, scene, signalled
 
 import tcontact as tc
 from tcontact.base.errors import FunctionError
@@ -151,18 +151,6 @@ def test_the_command_line_says_in_one_line_that_the_folder_is_gone(monkeypatch, 
     assert "removed or renamed" in said
 
 
-def signalled(monkeypatch, number, when=5):
-    """Send a signal to this process at a frame."""
-    append = ResultFile.append
-
-    def sent(self, moment, *fields):
-        if len(self) == when:
-            os.kill(os.getpid(), number)
-        append(self, moment, *fields)
-
-    monkeypatch.setattr(ResultFile, "append", sent)
-
-
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_stops_after_the_step_with_a_checkpoint(number, monkeypatch, tmp_path):
     physics, place = SCENES["full removal"](), tmp_path / "stopped"
@@ -240,7 +228,9 @@ def waiting(self, moment, *fields):
         print("now", flush=True)
         pathlib.Path(sys.argv[1] + ".now").touch()
         print("closed", flush=True)
+        signal.alarm(60)  # ends the process if no signal comes
         signal.pause()
+        signal.alarm(0)
     append(self, moment, *fields)
 ResultFile.append = waiting
 sys.exit(main(["run", sys.argv[2], "--frames", "8", "--out", sys.argv[1]]))

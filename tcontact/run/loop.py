@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from contextlib import suppress
 from functools import partial
 from time import perf_counter
 from typing import Any
@@ -403,8 +404,11 @@ class Run:
             **self.end_state(last),
         )
         if stop is None and result.whole:
-            texts = left_inside(self.scene, self.scheme.implicit, result.position, history)
-            for text in (*texts, *entered(self.scene, result.position, time)):
+            found: list[str] = []
+            with suppress(FunctionError):  # of a motion, at a time at which the run did not evaluate it
+                found += left_inside(self.scene, self.scheme.implicit, result.position, history)
+                found += entered(self.scene, result.position, time)
+            for text in found:
                 self.warn(text)
         return result
 
