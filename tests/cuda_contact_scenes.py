@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 
 import numpy as np
+import tiers
 from cuda_layer_scenes import STEP, baked, branded, fused, grooved
 from cuda_pair_scenes import padded, paired, stacked, touched
 from oracle import meshes
@@ -298,25 +298,29 @@ WITH_FRICTION = (rubbed, wedged, crept, slowed, forged, carried, floated, repell
 LAYERED = (baked, fused, branded, grooved)
 PAIRED = (paired, stacked, touched, padded)
 # scenes that combine what others have term by term: with --slow alone, since each has kernels of its own
-SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
-COMBINED = () if SLOW else (
+COMBINED = () if tiers.slow() else (
     linear, corner, sagged, fast, rubbed, crept, struck, spun, carried, fused, branded, grooved, stacked, touched,
     padded,
 )  # fmt: skip
-RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION + LAYERED if scene not in COMBINED)
-SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION + LAYERED + PAIRED if scene not in COMBINED}
+# and those without which one scene of every kind of contact is left: with --long alone
+MORE = () if tiers.long() else (normal, sprung, crushed, pressed, held, edged, slowed, forged, repelled, swept, paved)
+LEFT_OUT = COMBINED + MORE
+RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION + LAYERED if scene not in LEFT_OUT)
+SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION + LAYERED + PAIRED if scene not in LEFT_OUT}
 STEPS = {scene.__name__: STEP for scene in LAYERED} | {"paired": 2e-6}  # first ones [s], else 2e-5
 
 # those that run with the threads in reversed order too
-REVERSED = ("full", "wedged", "slowed", "pressed", "held", "floated", "paved", "paired") + (
-    ("crushed", "corner", "swept", "baked") if SLOW else ()
+REVERSED = tiers.of_tier(
+    ("wedged", "paired"),
+    ("full", "slowed", "pressed", "held", "floated", "paved"),
+    ("crushed", "corner", "swept", "baked") if tiers.slow() else (),
 )
 # those whose stable steps with viscous cells are compared, and the differences they may have: kept momenta have 32
 # bits, which is seen where a small body has no other mode left
-SEARCHED = {"slowed": slowed, "leant": leant}
+SEARCHED = {"slowed": slowed, "leant": leant} if tiers.long() else {}
 SEARCHES = {"slowed": (1e-9, 1e-7), "leant": (1e-4, 1e-4, 1e-4, 1e-4)}
 # those whose launches of a block are counted
-COUNTED = ("normal", "wedged", "slowed", "repelled", "swept", "paved", "baked", "paired")
+COUNTED = tiers.of_tier(("wedged", "baked", "paired"), ("normal", "slowed", "repelled", "swept", "paved"))
 # those that run once more with several blocks of threads, which few nodes do not get by themselves
 SHARED = ("ball",)
 

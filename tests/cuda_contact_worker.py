@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import cuda_contact_scenes
 import pytest
 import stopped_runs
+import tiers
 from thread_orders import both_orders
 
 import tcontact as tc
@@ -140,9 +141,10 @@ def main(out: str) -> None:
         found |= calls_of_a_block(name)
     for name in cuda_contact_scenes.SHARED:
         found |= {f"shared-{name}/{key}": value for key, value in by_several_blocks(name).items()}
-    found |= gone_on("forged")
+    if tiers.long():
+        found |= gone_on("forged")
     found |= {f"short/{key}": value for key, value in short_of_passes().items()}
-    if cuda_contact_scenes.SLOW:
+    if tiers.slow():
         found["resumed"] = resumed()
     found |= both_orders(lambda: runs(cuda_contact_scenes.REVERSED))
     np.savez(out, **found)

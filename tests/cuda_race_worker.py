@@ -10,11 +10,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cuda_contact_scenes
 import cuda_scenes
+import tiers
 
 from tcontact.device import runtime
 
 # those whose boundary nodes share most: friction on an obstacle that moves freely, pairs; all of them with --slow
-WATCHED = ("floated", "paired")
+WATCHED = tiers.of_tier(("paired",), ("floated",))
+RUNS = tuple(cuda_scenes.RUNS) if tiers.long() else ()
 RACES = Path(os.environ["TCONTACT_RACES"])
 
 
@@ -70,11 +72,11 @@ def main(out: str) -> None:
     """Run everything and store it."""
     runtime.start("cuda")
     found = {"planted": np.array(planted())}
-    scenes = cuda_contact_scenes.SCENES if cuda_contact_scenes.SLOW else WATCHED
+    scenes = cuda_contact_scenes.SCENES if tiers.slow() else WATCHED
     for name in scenes:
         steps = cuda_contact_scenes.run(name, "cuda")["steps"]
         found[f"{name}/steps"], found[f"{name}/told"] = np.array(steps), np.array(told(), dtype=str)
-    for name in cuda_scenes.RUNS:
+    for name in RUNS:
         steps = cuda_scenes.run(name, "cuda")["steps"]
         found[f"{name}/steps"], found[f"{name}/told"] = np.array(steps), np.array(told(), dtype=str)
     np.savez(out, **found)

@@ -7,6 +7,7 @@ What runs under `if __name__ == "__main__"` belongs to the program and not to th
 from __future__ import annotations
 
 import ast
+import functools
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -98,24 +99,31 @@ def _targets(name: str, node: ast.Import | ast.ImportFrom, known: Iterable[str])
 
 def arrows(sources: Mapping[str, str] | None = None) -> list[Arrow]:
     """All imports, those of other packages too unless only for types. sources: texts to read instead of the files."""
-    known = set(MODULES) | set(sources or ())
-    found = []
-    for name in sorted(known):
-        text = (sources or {}).get(name) or MODULES[name].read_text(encoding="utf-8")
+    known = frozenset(MODULES) | frozenset(sources or ())
+    texts = {name: (sources or {}).get(name) or MODULES[name].read_text(encoding="utf-8") for name in sorted(known)}
+    return [arrow for name, text in texts.items() for arrow in _arrows_of(name, text, known)]
 
-        def visit(node: ast.AST, hidden: bool, typing: bool = False, name: str = name) -> None:
-            for child in ast.iter_child_nodes(node):
-                if isinstance(child, ast.If) and "__main__" in ast.unparse(child.test):
-                    continue
-                if isinstance(child, ast.Import | ast.ImportFrom):
-                    ends = [end for end in _targets(name, child, known) if not typing or end.startswith("tcontact")]
-                    found.extend(Arrow(name, end, hidden, child.lineno) for end in ends if end != name)
-                inside = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
-                types = isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"
-                visit(child, hidden or inside, typing or types)
 
-        visit(ast.parse(text), False)
-    return found
+@functools.cache
+def _arrows_of(name: str, text: str, known: frozenset[str]) -> tuple[Arrow, ...]:
+    """Return the imports of one module; imports are statements, so expressions are not looked at."""
+    found: list[Arrow] = []
+
+    def visit(node: ast.AST, hidden: bool, typing: bool = False) -> None:
+        for child in ast.iter_child_nodes(node):
+            if not isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
+                continue
+            if isinstance(child, ast.If) and "__main__" in ast.unparse(child.test):
+                continue
+            if isinstance(child, ast.Import | ast.ImportFrom):
+                ends = [end for end in _targets(name, child, known) if not typing or end.startswith("tcontact")]
+                found.extend(Arrow(name, end, hidden, child.lineno) for end in ends if end != name)
+            inside = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef)
+            types = isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"
+            visit(child, hidden or inside, typing or types)
+
+    visit(ast.parse(text), False)
+    return tuple(found)
 
 
 def room(name: str) -> str:

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from inspect import signature
 
 import pytest
+import tiers
 
 import tcontact as tc
 from tcontact import cases
@@ -86,7 +87,7 @@ def test_wrong_values_are_refused_by_the_name_of_the_parameter(name):
 @pytest.mark.parametrize("name", [one for one in cases.names() if hasattr(cases.load(one), "scene")])
 def test_extreme_numbers_make_a_scene_or_are_refused_by_name(name, request):
     build, parameters = declared(cases.load(name))
-    slow = request.config.getoption("--slow")
+    slow = tiers.slow()
     found, began = [], time.process_time()
     for parameter, kind in parameters.items():
         if kind is float and (slow or time.process_time() - began < ENOUGH):

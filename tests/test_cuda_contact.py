@@ -137,6 +137,7 @@ def test_runs_with_layers_go_on_from_checkpoints(found):
     assert found["resumed"].all()
 
 
+@pytest.mark.long
 def test_a_metal_that_goes_on_from_another_run_does_not_flow_in_its_first_row(found):
     """The rate at which it flowed last is not known there, and its strength without it would be smaller. Its viscous
     contact cells have no force there, which moves the massless nodes a little."""
@@ -151,7 +152,8 @@ def test_threads_in_reversed_order_give_the_same_bits(found):
     """Those that wait for each other are not reversed: test_cuda_races.py watches them."""
     if cuda_device.real():
         pytest.skip("a real device runs its threads in its own order")
-    assert thread_orders.compared(found) == {"search", *cuda_contact_scenes.REVERSED}
+    searches = {"search"} if cuda_contact_scenes.SEARCHED else set()
+    assert thread_orders.compared(found) == searches | set(cuda_contact_scenes.REVERSED)
 
 
 @pytest.mark.parametrize("name", cuda_contact_scenes.COUNTED)

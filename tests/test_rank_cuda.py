@@ -12,13 +12,14 @@ import cuda_device
 import numpy as np
 import pytest
 import test_ranks
-from test_rank_runs import SLOW, differs, scale, unlike
+import tiers
+from test_rank_runs import differs, scale, unlike
 
 REASON = cuda_device.missing()
 pytestmark = [pytest.mark.cuda, pytest.mark.skipif(bool(REASON), reason=REASON), *test_ranks.pytestmark]
 RANKS = 2
 REASONS = {"crushed": "inverted-cell"}
-NAMES = ("layered", "held", "crushed", "sank", *(("pair",) if SLOW else ()))
+NAMES = tiers.of_tier(("layered", "held"), ("crushed", "sank"), ("pair",) if tiers.slow() else ())
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +54,7 @@ def test_runs_of_ranks_on_devices_are_those_of_one_process(alone, together, name
     assert told["touching"] == (name != "held")
 
 
+@pytest.mark.long
 def test_a_solve_that_fails_amid_a_block_ends_all_ranks_at_its_row(alone, together):
     """Up to the row before, the rows are those of one process; what a solve leaves that fails depends on rounding."""
     known, found = (np.load(folder / "sank" / "values.npz") for folder in (alone, together))

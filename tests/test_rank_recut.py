@@ -1,6 +1,5 @@
 """A run goes on with another number of ranks: with the numbers of one that never stopped, or it is refused by name."""
 
-import os
 import shutil
 import subprocess
 import sys
@@ -8,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import tiers
 from test_ranks import HERE, mpiexec, pytestmark  # noqa: F401 - skips these tests where MPI is missing
 
 from tcontact.base.errors import InputError
@@ -36,14 +36,15 @@ SCENES = (
     "averaged",
     "bonded",
 )
-# all changes of all scenes with --slow alone: test_rank_runs.py has in every run what is left out from two ranks to one
-SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
+# all changes of all scenes with --slow alone: test_rank_runs.py has with --long what is left out from two ranks to one
+ALL = SCENES if tiers.slow() else ()
 ELSEWHERE = ("pair", "metal", "held", "rubber", "averaged", "bonded")
 CHANGES = {
-    (2, 1): tuple(name for name in SCENES if SLOW or name not in ELSEWHERE),
-    (1, 2): SCENES if SLOW else ("normal", "sensed", "varied", "crossed", "hung", "scraped"),
-    (2, 3): SCENES if SLOW else ("pair", "metal", "held", "varied", "squeezed", "averaged", "bonded"),
+    (2, 1): tiers.of_tier(("pushed", "rubbed"), ALL, (name for name in SCENES if name not in ELSEWHERE)),
+    (1, 2): tiers.of_tier(("sensed",), ALL, ("normal", "varied", "crossed", "hung", "scraped")),
+    (2, 3): tiers.of_tier(("pair",), ALL, ("metal", "held", "varied", "squeezed", "averaged", "bonded")),
 }
+NAMES = tuple(dict.fromkeys(name for names in CHANGES.values() for name in names))
 COUNTED = {1: "one process", 2: "2 ranks", 3: "3 ranks"}
 BOUND = 1e-11  # of the largest value
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
@@ -62,7 +63,7 @@ def on(ranks, *words):
 def whole(tmp_path_factory):
     """The scenes in one process that never stops."""
     folder = tmp_path_factory.mktemp("whole")
-    done = on(1, folder, "whole", *SCENES)
+    done = on(1, folder, "whole", *NAMES)
     assert done.returncode == 0, done.stderr
     return folder
 

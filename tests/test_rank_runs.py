@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tiers
 from rank_scenes import CONTACT_RANKS, REASONS, SCENES
 from test_ranks import HERE, mpiexec, pytestmark  # noqa: F401 - skips these tests where MPI is missing
 
@@ -17,12 +18,17 @@ from tcontact.results.files.vtkhdf import ResultData
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
 BY_MPRGP = ("rubber",)  # rounding errors change the number of its products, not what they give
 CANCEL = {"contact_force": "pair_force:lower-upper", "impulse": "pair_force:lower-upper"}
-SLOW = os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 # test_rank_recut.py says of most of these in every run that two ranks and one process give the same
 RECUT = ("corner", "pushed", "rigid", "pulled", "varied", "pressed", "crossed", "squeezed", "tied")
-ELSEWHERE = () if SLOW else (*RECUT, "hung", "mashed", "scraped")
-ON_TWO = [name for name in SCENES if name not in ("halves", "springy", "knocked", *ELSEWHERE)]
-SEVERAL = {3: ("normal", "pair", "halves", "springy", "knocked", "averaged", "bonded"), 4: ("free", "held", "halves")}
+ELSEWHERE = () if tiers.slow() else (*RECUT, "hung", "mashed", "scraped")
+ON_TWO = tiers.of_tier(
+    ("normal", "held", "pair", "walls", "loose"),
+    (name for name in SCENES if name not in ("halves", "springy", "knocked", *ELSEWHERE)),
+)
+SEVERAL = {
+    3: tiers.of_tier(("averaged",), ("normal", "pair", "halves", "springy", "knocked", "bonded")),
+    4: tiers.of_tier(("free",), ("held", "halves")),
+}
 
 
 @pytest.fixture(scope="module")
