@@ -9,6 +9,8 @@ import numpy as np
 
 import tcontact as tc
 
+if len(sys.argv) != 2:
+    sys.exit("usage: python phone_drop.py phone.msh")
 mesh = tc.read_mesh(sys.argv[1], scale=1e-3)
 low, high = mesh.bounds
 corner = 0.5 * (low - high)  # from the middle to the corner that lands

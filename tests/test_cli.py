@@ -270,6 +270,10 @@ def test_render_takes_its_options(cube, tmp_path, capsys):
     assert re.fullmatch(r"picture-von_mises-0\.000\d+s\.png", picture)
     assert main([*wish[:-2], "--size", "320x240", "--up", "0,0,1"]) == 2
     assert "--camera" in capsys.readouterr().err
+    assert main([*wish, "--camera", "1,-1,1", "--view", "below"]) == 2
+    assert "--view = 'below': give it or --camera" in capsys.readouterr().err
+    assert main(["export", str(out), "--fields", ",", "--out", str(tmp_path / "none")]) == 2
+    assert "name at least one field" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("camera", "up"), [("0,0,1", "0,1,0"), ("0,0,-1", "0,1,0"), ("-1,-2,1", "0,0,1")])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from ..base.errors import InputError
 from ..device.atomic_file import refuse_link
 from . import options, words
 from .folder import result_file
@@ -36,6 +37,8 @@ def run(arguments: argparse.Namespace) -> int:
     out = arguments.out or path.parent / "export"
     if arguments.out is None:
         refuse_link(out)
+    if arguments.fields is not None and not arguments.fields:
+        raise InputError("--fields", "", "name at least one field, or leave it out for all of them")
     written = export(ResultData.open(path), out, arguments.to, arguments.fields, arguments.every)
     size = sum(file.stat().st_size for file in written)
     print(f"{written[-1]} ({len(written)} files, {size / 1e6:.3g} MB)")

@@ -16,7 +16,7 @@ from ..base.errors import InputError
 from ..results import report
 from ..results.acting_force import acting_force
 from ..results.report import check_lines, si
-from ..results.stored import is_summary, stored_peaks, unended
+from ..results.stored import is_summary, read_summary, stored_peaks, unended
 from ..show.render.colours import FIELDS
 from . import options
 from .folder import ASIDE, NO_RESULT, PUT_ASIDE
@@ -74,7 +74,8 @@ def contents(path: Path) -> list[str]:
     data = ResultData.open(path)
     kinds = ", ".join(f"{len(cells)} {kind}" for kind, cells in data.blocks)
     span = f", {si(data.times[0], 's')} to {si(data.times[-1], 's', 4)}" if len(data) else ""
-    if "reason" not in data.attributes:
+    summary = read_summary(path.parent) if path.name == "result.vtkhdf" else {}
+    if "reason" not in data.attributes and summary.get("reason") != "not-written":
         span += f"; {unended(path.parent)}"
     files = [path, *(part.path for part in data.parts)]
     size = sum(file.stat().st_size for file in files) / 1e6

@@ -75,6 +75,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.scale is not None:
         options["deformation_scale"] = arguments.scale
     if arguments.camera is not None:
+        if arguments.view is not None:
+            raise InputError("--view", arguments.view, "give it or --camera, not both")
         try:
             options["camera"] = Camera(arguments.camera, arguments.up)
         except InputError as error:

@@ -48,7 +48,9 @@ class StoredResult(Outcome):
     def __init__(self, data: ResultData, summary: Mapping[str, Any], scene: Any = None, scheme: Any = None) -> None:
         self.data, self.summary = data, dict(summary)
         self._given = (scene, scheme) if scene is not None else None
-        known = data.attributes
+        known: Mapping[str, Any] = data.attributes
+        if "reason" not in known and summary.get("reason") == "not-written":
+            known = summary  # the result file found no room for its end
         self.ok = bool(known.get("ok", False))
         self.reason = str(known.get("reason", "running"))
         self.message = str(known.get("message") or ("" if "reason" in known else unended(data.path.parent)))
@@ -77,7 +79,7 @@ class StoredResult(Outcome):
         history = self.data.history
         if not history or not len(history["time"]):
             folder = self.data.path.parent
-            raise InputError("file", str(self.data.path), f"it holds no history: {unended(folder)}")
+            raise InputError("file", str(self.data.path), f"it holds no history: {self.message or unended(folder)}")
         order = {column.name: number for number, column in enumerate(COLUMNS)}
         names = sorted(history, key=lambda name: order.get(name.partition(":")[0], len(order)))
         return {name: history[name] for name in names}

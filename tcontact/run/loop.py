@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from contextlib import suppress
 from functools import partial
 from time import perf_counter
@@ -10,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import validate
+from ..base import validate, warning_kinds
 from ..base.errors import FunctionError, InputError, OutputError
 from ..base.warning_kinds import LockingWarning, SlaveWarning
 from ..device import arrays
@@ -69,6 +68,8 @@ class Run:
         """Plan the run; points: the state of the points of every body (`Result.points`), with which it starts."""
         self.scene, self.planned, self.scheme = scene, planned, scheme
         self.warnings: list[str] = []
+        self.refused: Warning | None = None  # the first one that the user has turned into an error
+        self.course = Course()
         self.domains: list[Any] = self.made_states(displacement, velocity)
         views = {id(view.plan): view for domain in self.domains for view in domain.views}
         self.states: list[BodyView] = [views[id(body)] for body in planned.bodies]
@@ -96,7 +97,6 @@ class Run:
         self.history = History(history_every, planned.layout, planned.factors, scheme.implicit, history_rows)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
-        self.course = Course()
         self.rigid = RigidStep.of(self)
         self.guards, self.looks = self.watches()
         self.over_limit = False
@@ -114,8 +114,14 @@ class Run:
         return Guards(self.scene, self.states, self.scheme), Looks(self)
 
     def cut_by(self, signal: str) -> str:
-        """Return the name of the signal that stops the run, "" without; signal: what this process has received."""
-        return signal
+        """Return what stops the run early, "" without; signal: the name of what this process has received."""
+        return signal or self.said_refused()
+
+    def said_refused(self) -> str:
+        """Return the warning that stops the run, as the user has turned it into an error, in words; "" without."""
+        if self.refused is None:
+            return ""
+        return f"{type(self.refused).__name__}, which is an error here ({self.refused}),"
 
     def moves_finitely(self) -> bool:
         """Return whether all displacements are finite."""
@@ -141,9 +147,24 @@ class Run:
             self.warn(f"dt = {dt:.6g} s is above the stable step {limit:.6g} s; the run may blow up")
 
     def warn(self, text: str, kind: type[Warning] = RuntimeWarning) -> None:
-        """Issue a warning now and store it in the result."""
+        """Issue a warning now and store it in the result.
+
+        One that the user has turned into an error is raised at once before the run begins. Later it stops the run,
+        which keeps what it has, and `raise_refused` raises it.
+        """
         self.warnings.append(text)
-        warnings.warn(text, kind, stacklevel=4)
+        try:
+            warning_kinds.warn(text, kind)
+        except Warning as error:
+            if not self.course.begun:
+                raise
+            self.refused = self.refused or error
+
+    def raise_refused(self, result: Result) -> None:
+        """Raise the warning that the user has turned into an error, with the result of the run, which is complete."""
+        if self.refused is not None:
+            self.refused.result = result  # type: ignore[attr-defined]
+            raise self.refused
 
     def go(
         self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float, keeper: Keeper | None = None

@@ -70,8 +70,6 @@ class RankRun(Run):
     The plan of ranks other than the first is an outline, and their result has no values of nodes and cells.
     """
 
-    _refused: Warning | None = None  # the first rank's, which the user has turned into an error
-
     def __init__(self, team: Team, parts: Sequence[DomainPart], *given: Any) -> None:
         self.team, self.parts = team, parts
         super().__init__(*given)
@@ -122,11 +120,18 @@ class RankRun(Run):
         return sorted(found, key=lambda one: one[0])
 
     def warn(self, text: str, kind: type[Warning] = RuntimeWarning) -> None:
-        """Warn on the first rank; if the user has made an error of that, all raise it before the next step."""
+        """Warn on the first rank; if the user has made an error of that, all ranks stop after the next step."""
         try:
             super().warn(text, kind)
         except Warning as error:
-            self._refused = error
+            self.refused = self.refused or error
+
+    def raise_refused(self, result: Result) -> None:
+        """Raise the first rank's warning that the user has turned into an error on all ranks."""
+        self.refused = self.team.from_first(self.refused)
+        if self.refused is not None:
+            self.team.agreed = self.refused
+        super().raise_refused(result)
 
     def _result(self, *given: Any, **named: Any) -> Result:
         """Make the result; its warnings are those of all ranks, on each of them, its message that of the first one."""
@@ -137,7 +142,6 @@ class RankRun(Run):
             if self.team.leads:
                 self.warn(text)
         self.warnings[:] = self.team.from_first(self.warnings)
-        self.team.agree(self._refused)
         return result
 
     def snapshot(self, before: float, after: float) -> Snapshot:
@@ -178,14 +182,13 @@ class RankRun(Run):
         return {} if others is None else motion(self.scene, found) | others
 
     def cut_by(self, signal: str) -> str:
-        """Return the signal that a rank told of with its last rows, "" without; raise a warning that is an error."""
+        """Return what a rank told of with its last rows that stops the run, "" without."""
         self.team.moment = ""
         for domain in self.domains:
-            domain.asks_to_end = bool(signal) or self._refused is not None
+            domain.asks_to_end = bool(signal) or self.refused is not None
         if not self.domains[0].ending:
             return ""
-        self.team.agree(self._refused)
-        return self.team.first_of(signal or None) or ""
+        return self.team.first_of(super().cut_by(signal) or None) or ""
 
     def moves_finitely(self) -> bool:
         """Return whether all displacements of all ranks are finite."""
@@ -269,7 +272,9 @@ def simulate_on_ranks(
         start_terms(run, asked.layers, asked.pairs, kept is not None)
         with ProgressBar(scene.duration, "simulate", progress and team.leads) as bar:
             if recorder is None or folder is None:
-                return run.go(asked.frames, None, bar, started)
+                result = run.go(asked.frames, None, bar, started)
+                run.raise_refused(result)
+                return result
             return _carry_out(run, asked.frames, folder, recorder, keeper, bar, started)
 
 

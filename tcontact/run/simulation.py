@@ -172,7 +172,9 @@ def simulate(
         if folder is None:
             start_terms(run, layers, pairs, initial is not None)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
-                return run.go(frames, None, bar, started)
+                result = run.go(frames, None, bar, started)
+            run.raise_refused(result)
+            return result
         check_folder(folder)
         recorder = Recorder(folder, scene, run.states, " + ".join(planned.terms), wanted)
         recorder.process = process

@@ -33,7 +33,8 @@ def carry_out(
 
     started: `perf_counter` at the start [s]; on_writer: calls a function on the rank that writes, and raises its error
     on all of them; attributes: further ones of the summary. Raises `OutputError`, whose `result` is that of the run;
-    where history.csv and summary.json still find room, they have its rows up to there.
+    where history.csv and summary.json still find room, they have its rows up to there. Raises a warning that the user
+    has turned into an error when everything is written.
     """
 
     def write(result: Result, about: dict[str, Any]) -> None:
@@ -71,4 +72,5 @@ def carry_out(
     except OutputError as error:
         error.result = result
         raise
+    run.raise_refused(result)
     return result
