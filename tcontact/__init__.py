@@ -44,6 +44,7 @@ from .base.warning_kinds import (  # noqa: E402
     LockingWarning,
     MeshWarning,
     PlasticStepWarning,
+    RemovalWarning,
     RotationWarning,
     SlaveWarning,
 )
@@ -139,6 +140,7 @@ __all__ = [
     "PointMass",
     "Probe",
     "RegularizedCoulomb",
+    "RemovalWarning",
     "Result",
     "RigidPart",
     "RotationWarning",

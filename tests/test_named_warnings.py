@@ -179,7 +179,7 @@ def test_a_slave_much_stiffer_than_its_master_is_named():
 def test_a_wall_far_away_does_not_hide_the_kinds(recwarn):
     """Named warnings are RuntimeWarnings, as all others of a run: scripts that ask for these still get them."""
     named = (tc.RotationWarning, tc.LockingWarning, tc.EnergyWarning, tc.LayerWarning, tc.SlaveWarning)
-    for kind in (*named, tc.PlasticStepWarning):
+    for kind in (*named, tc.PlasticStepWarning, tc.RemovalWarning):
         assert issubclass(kind, RuntimeWarning)
     body = tc.Body(block("tet4", 2), material("neo", poisson=0.45), contact="zmin", formulation="full")
     tc.simulate(tc.Scene([body], [wall(body.mesh, (0, 0, 1.0), 1.0)], 1e-6))

@@ -26,6 +26,11 @@ class RotationWarning(RuntimeWarning):
     `LinearElastic`, which holds for small rotations only."""
 
 
+class RemovalWarning(RuntimeWarning):
+    """Contact nodes of a run that starts from the end of another one lose other mass than there, so that its momentum
+    and energy jump; the text says how much and what helps."""
+
+
 class LockingWarning(RuntimeWarning):
     """The cells of a nearly incompressible body are too stiff: its deflections come out too small."""
 

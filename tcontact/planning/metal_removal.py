@@ -46,6 +46,27 @@ def fast_metal(scene: Scene, numbers: Sequence[int]) -> bool:
     return any(impact_number(scene, number) > SLOW for number in numbers)
 
 
+def keeps_normals(scene: Scene, numbers: Sequence[int]) -> bool:
+    """Return whether bodies keep their normal removal as metals: after a fast impact in this run or in the one before.
+
+    That one is the run from whose end this one starts, and all the bodies with these numbers had normal removal there.
+    """
+    if removal_before(scene, numbers) == "normal" and any(contact_metals(scene.bodies[number]) for number in numbers):
+        return True
+    return fast_metal(scene, numbers)
+
+
+def removal_before(scene: Scene, numbers: Sequence[int]) -> str | None:
+    """Return the removal that bodies with these numbers had in the run from whose end this one starts.
+
+    A body without massless contact there does not count. None if there is no such run, or not one removal.
+    """
+    if scene.end_before is None:
+        return None
+    known = {scene.end_before.removal[number] for number in numbers} - {None}
+    return known.pop() if len(known) == 1 else None
+
+
 def contact_metals(body: Body) -> list[ElastoPlastic]:
     """Return the metals of the cells at the contact nodes of a body."""
     blocks = [block for block in body.blocks if isinstance(block.material, ElastoPlastic)]
@@ -70,7 +91,7 @@ def impact_number(scene: Scene, index: int) -> float:
 
 def impact_speed(scene: Scene, index: int) -> float:
     """Return the largest speed [m/s] at which contact nodes approach obstacles or other bodies, a fall included."""
-    body = scene.bodies[index]
+    body = scene.starting(index)
     nodes = body.contact_nodes
     start, velocity = body.initial_nodes[nodes], body.initial_velocity[nodes]
     pull = scene.largest_gravity
@@ -86,7 +107,7 @@ def impact_speed(scene: Scene, index: int) -> float:
         towards = driven + towards
         fastest = max(fastest, float(towards.max(initial=0.0)) + _pushed(obstacle, start, normals, scene) + fall)
     for pair in scene.pairs_at[index]:
-        other = scene.bodies[pair.second if index == pair.first else pair.first]
+        other = scene.starting(pair.second if index == pair.first else pair.first)
         towards = np.einsum("ki,ki->k", velocity - other.initial_velocity.mean(axis=0), outward)
         fastest = max(fastest, driven + float(towards.max(initial=0.0)) + other.driven_speed(scene.duration))
     return fastest

@@ -12,10 +12,11 @@ from ..mesh.geometry import cells_at
 from ..scene.body import Body
 from ..scene.contact_models import MasslessContact
 from ..scene.meeting import area_vectors
+from ..scene.obstacles import Obstacle
 from ..scene.periodic import Images
 from ..scene.reach import within_reach
 from ..scene.scene import Scene
-from .metal_removal import ONE_SIDE, check_full, contact_metals, fast_metal, own_normals
+from .metal_removal import ONE_SIDE, check_full, contact_metals, fast_metal, keeps_normals, own_normals, removal_before
 from .rotation import moves_as_one, spin
 
 FACING = np.cos(np.radians(15.0))  # a face within 15 degrees of its plane may lose normal mass only
@@ -65,6 +66,7 @@ class JointRemoval:
         if group[0] not in self._removals:
             direction = self.normal(index)
             full = direction is None or _rubs_held_aslant(self.scene, group, direction)
+            full = full or (removal_before(self.scene, group) == "full" and not fast_metal(self.scene, group))
             self._removals[group[0]] = "full" if full else "normal"
         return self._removals[group[0]]
 
@@ -84,7 +86,8 @@ def choose_removal(scene: Scene, index: int, joint: JointRemoval | None = None) 
     faces one of them, and the body does not start with a spin that turns it by 0.05 rad in the duration. Bodies in
     contact with each other share one removal: normal if one direction serves them all (`common_normal`). A metal has
     normal removal over planes of one direction, however its faces lean, and in every fast impact (metal_removal.py).
-    joint: what is known of such groups of bodies.
+    In a run from the end of another one a body keeps the removal that it had, whatever its spin, unless the obstacles,
+    the faces or a fast impact call for the other one. joint: what is known of such groups of bodies.
     """
     assert isinstance(scene.contact, MasslessContact)
     if scene.contact.removal != "auto":
@@ -92,21 +95,35 @@ def choose_removal(scene: Scene, index: int, joint: JointRemoval | None = None) 
     if scene.pairs_at[index]:
         return (joint or JointRemoval(scene)).removal(index)
     body = scene.bodies[index]
-    if fast_metal(scene, [index]):
+    if keeps_normals(scene, [index]):
         return "normal"
-    normals = _plane_normals(scene, body)
-    if normals is None:
+    before, normals = removal_before(scene, [index]), _plane_normals(scene, index)
+    if before == "full" or normals is None:
         return "full"
     facing = (-(_outward(body) @ normals.T)).max(axis=1)
     faces = (facing > FACING).all() or bool(contact_metals(body))
-    return "normal" if faces and _turn(scene, body) <= SPINS else "full"
+    return "normal" if faces and not _spins(scene, [index]) else "full"
 
 
-def _plane_normals(scene: Scene, body: Body) -> np.ndarray | None:
+def removals(scene: Scene) -> tuple[str | None, ...]:
+    """Return the removal of every body of a scene, None where contact nodes keep their mass."""
+    if not isinstance(scene.contact, MasslessContact):
+        return (None,) * len(scene.bodies)
+    joint = JointRemoval(scene)
+    return tuple(
+        choose_removal(scene, number, joint) if scene.can_touch(number) else None for number in range(len(scene.bodies))
+    )
+
+
+def _obstacles(scene: Scene, index: int) -> list[Obstacle]:
+    """Return the obstacles within reach of a body."""
+    reached = within_reach(scene.starting(index), scene.obstacles, scene.duration, scene.largest_gravity)
+    return [scene.obstacles[number] for number in reached]
+
+
+def _plane_normals(scene: Scene, index: int) -> np.ndarray | None:
     """Return the normals [m, 3] of the obstacles within reach if all are planes of one direction that do not turn."""
-    obstacles = [
-        scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.largest_gravity)
-    ]
+    obstacles = _obstacles(scene, index)
     if not all(obstacle.shape == "plane" and not obstacle.turns for obstacle in obstacles):
         return None
     normals = np.array([obstacle.frame[2] for obstacle in obstacles])
@@ -119,8 +136,17 @@ def _outward(body: Body) -> np.ndarray:
     return np.asarray(areas / np.linalg.norm(areas, axis=1)[:, None])
 
 
-def _turn(scene: Scene, body: Body) -> float:
+def _spins(scene: Scene, numbers: Sequence[int]) -> bool:
+    """Return whether one of some bodies turns by more than `SPINS` in the duration, with the spin of its start.
+
+    What had normal removal in the run from whose end this one starts keeps it: `NormalWatch` warns of its rotation.
+    """
+    return removal_before(scene, numbers) != "normal" and any(_turn(scene, number) > SPINS for number in numbers)
+
+
+def _turn(scene: Scene, index: int) -> float:
     """Return by how much [rad] a body turns in the duration, with the spin of its start."""
+    body = scene.starting(index)
     if moves_as_one(body.initial_velocity):
         return 0.0
     return float(np.linalg.norm(spin(body, body.initial_velocity, body.initial_nodes))) * scene.duration
@@ -133,7 +159,7 @@ def common_normal(scene: Scene, numbers: Sequence[int]) -> np.ndarray | None:
     bodies turns, and an obstacle is a plane across it. None if there is no such direction.
     """
     bodies = [scene.bodies[number] for number in numbers]
-    limit = ONE_SIDE if fast_metal(scene, numbers) else FACING
+    limit = ONE_SIDE if keeps_normals(scene, numbers) else FACING
     normals = [_outward(body) for body in bodies]
     first = normals[0][0]
     total = sum((np.where(part @ first > 0.0, 1.0, -1.0)[:, None] * part).sum(axis=0) for part in normals)
@@ -146,7 +172,7 @@ def common_normal(scene: Scene, numbers: Sequence[int]) -> np.ndarray | None:
             return None
         direction = np.array(obstacle.frame[2])
     aligned = all((np.abs(part @ direction) > limit).all() for part in normals)
-    return direction if aligned and all(_turn(scene, body) <= SPINS for body in bodies) else None
+    return direction if aligned and not _spins(scene, numbers) else None
 
 
 def _rubs_held_aslant(scene: Scene, numbers: Sequence[int], direction: np.ndarray) -> bool:
@@ -158,7 +184,7 @@ def _rubs_held_aslant(scene: Scene, numbers: Sequence[int], direction: np.ndarra
     aslant = (np.abs(direction) > FLAT) & (np.abs(direction) < PARALLEL)
     bodies = [scene.bodies[number] for number in numbers]
     held = any((~np.isnan(body.prescribed[body.contact_nodes]) & aslant).any() for body in bodies)
-    return held and scene.largest_friction > 0.0 and not fast_metal(scene, numbers)
+    return held and scene.largest_friction > 0.0 and not keeps_normals(scene, numbers)
 
 
 def massless_nodes(scene: Scene, index: int, joint: JointRemoval | None = None) -> MasslessNodes:
@@ -187,15 +213,11 @@ def massless_nodes(scene: Scene, index: int, joint: JointRemoval | None = None) 
             joint.check_full(index)
     elif removal == "full":
         check_full(scene, index)
-    elif contact_metals(body) and _plane_normals(scene, body) is None:
+    elif contact_metals(body) and _plane_normals(scene, index) is None:
         normals = own_normals(body)
     else:
-        obstacles = [
-            scene.obstacles[number]
-            for number in within_reach(body, scene.obstacles, scene.duration, scene.largest_gravity)
-        ]
         places = body.initial_at(nodes)
-        normals = np.concatenate([obstacle.normals_at(places) for obstacle in obstacles], axis=1)
+        normals = np.concatenate([one.normals_at(places) for one in _obstacles(scene, index)], axis=1)
     candidates = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)
     patterns, member = np.unique(candidates, axis=0, return_inverse=True)
     member = member.reshape(-1)

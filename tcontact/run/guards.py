@@ -116,7 +116,8 @@ class Guards:
         before = kinetic[: max(1, int((1.0 - LATEST) * len(kinetic)))]
         speed = np.sqrt(2.0 * float(before.max(initial=0.0)) / lightest)
         slowest = min(material.wave_speed for state in self.states for material in state.plan.body.materials)
-        start = max(float(np.linalg.norm(body.initial_velocity, axis=1).max()) for body in self.scene.bodies)
+        bodies = [self.scene.starting(number) for number in range(len(self.scene.bodies))]
+        start = max(float(np.linalg.norm(body.initial_velocity, axis=1).max()) for body in bodies)
         moves = any(obstacle.moves for obstacle in self.scene.obstacles)
         return moves or len(kinetic) <= 2 * AT_ONCE or max(speed, start) > FAST * slowest
 

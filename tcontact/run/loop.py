@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base import validate, warning_kinds
 from ..base.errors import FunctionError, InputError, OutputError
-from ..base.warning_kinds import LockingWarning, SlaveWarning
+from ..base.warning_kinds import LockingWarning, RemovalWarning, SlaveWarning
 from ..device import arrays
 from ..planning.locking import locking
 from ..planning.measured import combined
@@ -30,6 +30,7 @@ from .end_state import end_state
 from .entered import entered
 from .flutter import SLID, flutter
 from .guards import Guards, Stop, early_stop, explained
+from .handover import Handover
 from .history import MOST_ROWS, History
 from .interrupts import interrupts
 from .left_inside import left_inside
@@ -104,6 +105,7 @@ class Run:
         self._warn_over(self.dt, self.dt_limit)
         self._displaced = any(own.any() for own in displacement)  # at the start
         self._flutter = flutter(scene, planned.bodies)
+        self.handover: Handover | None = None  # what to tell of a start from the end of another run
 
     def made_states(self, displacement: list[np.ndarray], velocity: list[np.ndarray]) -> list[Any]:
         """Make the state of every domain; displacement, velocity: start of every body [n, 3]."""
@@ -214,6 +216,8 @@ class Run:
                 row_number += done - 1
                 if first:
                     first, compiled, output = False, perf_counter(), 0.0
+                    if self.handover is not None:
+                        self.warn(self.handover.text(self.history.columns()), RemovalWarning)
                 stop = self.guards.check(row, self.history, self.over_limit, after)
                 stop = stop or self.looks.take(self, row_number, time, after)
                 if stop is not None:  # the state in which it stopped is the last frame

@@ -12,6 +12,7 @@ from ..friction_layer import LayerState
 from ..results.pair_memory import PairMemory
 from ..scene.scene import Scene
 from .checkpoint.keeper import Start
+from .handover import Handover
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,8 @@ class Asked:
 
     start: displacement and velocity [n, 3] of every body; layers, points, pairs: what the run takes over; fields: of
     frames; history: rows between two that are kept, and their largest number; contact_ranks: number of ranks that share
-    the contact, None: chosen (`cut_domain`); arch: the backend; told: warnings of the run about its start.
+    the contact, None: chosen (`cut_domain`); arch: the backend; told: warnings of the run about its start;
+    handover: that about its contact nodes.
     """
 
     scene: Scene
@@ -37,3 +39,4 @@ class Asked:
     contact_ranks: int | None = None
     arch: str = "cpu"
     told: Sequence[str] = ()
+    handover: Handover | None = None

@@ -257,6 +257,7 @@ def simulate_on_ranks(
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
         for text in [*asked.told, *unshared, *([] if said is None else [said])]:
             run.warn(text)
+        run.handover = asked.handover
         recorder = keeper = None
         if folder is not None:
             on_first(team, lambda: check_folder(folder))

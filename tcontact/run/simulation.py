@@ -18,6 +18,7 @@ from ..device.team import team
 from ..planning.planning import Plan
 from ..results import frame_fields
 from ..results.result import Result
+from ..scene.later_start import from_own_start
 from ..scene.scene import Scene
 from ..schemes import scheme_of
 from .checkpoint import Checkpoint, contents
@@ -25,6 +26,7 @@ from .checkpoint.keeper import Keeper, Start
 from .checkpoint.options import checked
 from .device_room import check_device, check_scheme
 from .folder_lock import locked, made_folder
+from .handover import Handover, handover
 from .history import MOST_ROWS
 from .initial_faces import kept_start, scene_of_start
 from .initial_layers import layers_of
@@ -69,7 +71,8 @@ def simulate(
     which numbers still count every step); initial: start from the end of another run of the same bodies, whatever
     velocity and displacement they name: positions, velocities, friction layers (their own side alone on an obstacle of
     another metal than there) and the rows of bodies in contact go on, with contact="auto" the contact faces of that
-    run, and those that may meet from its end (a warning names bodies that have more so),
+    run, and those that may meet from its end (a warning names bodies that have more so), with removal="auto" the
+    removal of that run (where it cannot stay, a `RemovalWarning` says how momentum and energy jump),
     while time starts at 0 again for moving obstacles and the sums of the history, and a scene without `FrictionLayer`
     drops the layers (a scene whose obstacle has moved to where the meshes would be inside it gives the bodies a
     displacement out of it); pressures: keep the pressures of the contact nodes at every row of the history
@@ -113,12 +116,13 @@ def simulate(
         check_initial(initial)
         return chosen, own, checked(checkpoint, out)
 
-    def begin() -> tuple[Start, Scene, list[str], Start | None, Any, Any]:
+    def begin() -> tuple[Start, Scene, list[str], Handover | None, Start | None, Any, Any]:
         places = start_from(scene, initial)
         if initial is None:
-            return places, scene, [], None, (), ()
+            return places, scene, [], None, None, (), ()
         later, said = scene_of_start(scene, places, initial, getattr(scheme, "implicit", False))
-        return places, later, said, kept_start(later, *places), layers_of(later, initial), points_of(later, initial)
+        taken = kept_start(later, *places), layers_of(later, initial), points_of(later, initial)
+        return places, later, said, handover(later, initial), *taken
 
     with ending_all(together, BEFORE):
         scene, scheme, options = on_all(together, check)
@@ -136,13 +140,13 @@ def simulate(
             if initial is not None:
                 check_same_start(together, initial)
                 initial = initial.shared_by(together)
-        (displacement, velocity), scene, told, kept, layers, points = on_all(together, begin)
+        (displacement, velocity), scene, told, jump, kept, layers, points = on_all(together, begin)
         pairs = None if initial is None else initial.pairs
         if together is not None:
             wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
             rows = history_every, history_rows
             others = pressures, precision, contact_ranks, arch
-            asked = Asked(scene, scheme, start, layers, points, pairs, frames, wanted, rows, *others, told)
+            asked = Asked(scene, scheme, start, layers, points, pairs, frames, wanted, rows, *others, told, jump)
             return simulate_on_ranks(together, asked, out, options, kept, threads, progress)
     folder = None if out is None else check_folder(out)
     wanted = frame_fields.chosen(scene, fields)
@@ -169,6 +173,7 @@ def simulate(
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
         for text in [*told, *([] if said is None else [said])]:
             run.warn(text)
+        run.handover = jump
         if folder is None:
             start_terms(run, layers, pairs, initial is not None)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
@@ -197,7 +202,7 @@ def _prepared(scene: Any, scheme: Any) -> tuple[Scene, Any]:
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     scheme = scheme_of(scheme)
-    scene = scene.for_scheme(getattr(scheme, "implicit", False))
+    scene = from_own_start(scene).for_scheme(getattr(scheme, "implicit", False))
     if getattr(scheme, "dt", None) is not None:
         validate.step_count("scheme.dt", scheme.dt, scene.duration)
     return scene, scheme

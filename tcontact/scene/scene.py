@@ -28,6 +28,7 @@ from .pairs import BodyPair, Pair, checked_pairs, hindrance, pairs_of
 from .periodic import check_obstacles
 from .probes import Probe, checked_maxima
 from .reach import SAMPLES, with_reached_faces
+from .rigid_motion import EndBefore
 from .springs import SceneSpring, springs_of, with_spring_speeds
 from .time_functions import TimeFunction
 
@@ -69,6 +70,7 @@ class Scene:
     maxima: Sequence[str] = ()
     body_pairs: tuple[BodyPair, ...] = field(default=(), init=False)
     springs: tuple[SceneSpring, ...] = field(default=(), init=False)
+    end_before: EndBefore | None = field(default=None, init=False)  # where a run goes on from another one
     views: ClassVar[Any]  # draws a scene; it stands above, so the package sets it
 
     def __post_init__(self) -> None:
@@ -181,6 +183,11 @@ class Scene:
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """For each body the numbers of all bodies that pairs connect to it, with itself, ascending."""
         return connected(len(self.bodies), ((pair.first, pair.second) for pair in self.body_pairs))
+
+    def starting(self, index: int) -> Body:
+        """Return body `index` as it starts: with the motion of its end in another run where one goes on from that."""
+        body = self.bodies[index]
+        return body if self.end_before is None else self.end_before.motions[index].given_to(body)
 
     def can_touch(self, index: int) -> bool:
         """Return whether body `index` can touch an obstacle or another body."""

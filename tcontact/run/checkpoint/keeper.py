@@ -20,12 +20,14 @@ SHARE = 0.01  # largest share of the wall time for checkpoints
 
 START = "start:"
 
-Start = tuple[list[np.ndarray], ...]  # displacements [m], velocities [m/s], contact faces of all bodies
+Start = tuple[
+    list[np.ndarray], ...
+]  # displacements [m], velocities [m/s], contact faces, removals before of all bodies
 
 
 def start_of(stored: store.Stored) -> Start | None:
     """Remove the start from the arrays of a checkpoint and return it; None if it is that of the scene."""
-    parts: Start = ([], [], [])
+    parts: Start = ([], [], [], [])
     for name in [name for name in stored.found if name.startswith(START)]:
         parts[int(name[len(START)])].append(stored.found.pop(name))
     return tuple(part for part in parts if part) or None
@@ -35,8 +37,8 @@ class Keeper:
     """Writes the checkpoints of one run into its folder.
 
     options: when to write, None = only before a run stops for a signal; new: fingerprints of the arrays of the new run;
-    head: data for `resume`: fingerprint, options, origin of the run; start: displacements [m], velocities [m/s] and
-    contact faces at the start, if they are not those of the scene.
+    head: data for `resume`: fingerprint, options, origin of the run; start: displacements [m], velocities [m/s],
+    contact faces and the removal before, if they are not those of the scene.
     """
 
     def __init__(

@@ -38,7 +38,9 @@ class FarWatch:
             for index, state in enumerate(run.states):
                 contact = state.plan.contact
                 if contact is not None and contact.removal == "normal" and len(contact.nodes):
-                    reached = within_reach(state.plan.body, scene.obstacles, scene.duration, scene.largest_gravity)
+                    reached = within_reach(
+                        scene.starting(index), scene.obstacles, scene.duration, scene.largest_gravity
+                    )
                     far += [(index, number) for number in range(len(scene.obstacles)) if number not in reached]
         return FarWatch(run, far) if far else None
 
