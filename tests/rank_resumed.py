@@ -1,11 +1,14 @@
-"""Runs that stop and go on: `mpiexec -n P python rank_resumed.py FOLDER whole|killed|signalled|resumed SCENE..`.
+"""Runs that stop and go on: `mpiexec -n P python rank_resumed.py FOLDER MODE SCENE..`.
 
-With `--cuda` before the folder each rank has a GPU.
+MODE: whole, killed, signalled, resumed; torn: the last rank is killed when the first one has written its second
+checkpoint and it has not; torn-again: so is it when the run goes on. With `--cuda` before the folder each rank has a
+GPU.
 """
 
 import os
 import signal
 import sys
+import time
 import warnings
 from pathlib import Path
 
@@ -15,8 +18,9 @@ from rank_scenes import CONTACT_RANKS, SCENES
 import tcontact as tc
 from tcontact.device import ranks
 from tcontact.device.leaves import leaves
+from tcontact.results.files.checkpoint_heads import FILES, head_of
 from tcontact.results.files.vtkhdf import ResultData
-from tcontact.run.checkpoint import contents
+from tcontact.run.checkpoint import contents, store
 from tcontact.schemes.explicit.state import DomainState
 
 STOPS = {"killed": signal.SIGKILL, "signalled": signal.SIGTERM}
@@ -37,6 +41,23 @@ def stop_in_step_6(mode):
 
     DomainState.advance = advance
     return original
+
+
+def tear_second_checkpoint(folder):
+    """Let the last rank kill itself before it writes the second checkpoint, after row 3, when the first rank has."""
+    write, begun = store.write, time.time()
+
+    def written(path):
+        return path.exists() and path.stat().st_mtime > begun and head_of(path)["row"] > 3
+
+    def torn(place, head, *given):
+        if head["row"] > 3 and not ranks.is_first_rank():
+            while not any(written(folder / name) for name in FILES):
+                time.sleep(0.02)
+            os.kill(os.getpid(), signal.SIGKILL)
+        return write(place, head, *given)
+
+    store.write = torn
 
 
 def watch_paths():
@@ -63,8 +84,10 @@ def main(folder, mode, *names, arch="cpu"):
     for name in names:
         scene, own = SCENES[name](), Path(folder) / name
         original = stop_in_step_6(mode) if mode in STOPS else DomainState.advance
-        if mode == "resumed":
-            result = tc.resume(own, scene, threads=1, arch=arch)
+        if mode.startswith("torn"):
+            tear_second_checkpoint(own)
+        if mode in ("resumed", "torn-again"):
+            result = tc.resume(own, scene, threads=1, arch=arch, checkpoint=CHECKPOINT)
         else:
             options = {"frames": 5, "threads": 1, "checkpoint": CHECKPOINT, "arch": arch, "fields": FIELDS.get(name)}
             shared = CONTACT_RANKS.get(name) if arch == "cpu" else None

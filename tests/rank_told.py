@@ -17,6 +17,7 @@ from rank_scenes import block, normal
 
 import tcontact as tc
 from tcontact.device import ranks
+from tcontact.results.files.checkpoint_heads import place_of
 from tcontact.run.checkpoint import store
 from tcontact.schemes.explicit.state import DomainState
 
@@ -46,7 +47,7 @@ def bounced():
 
 def damaged(folder):
     """Write over some bytes of the newest checkpoint of the last rank."""
-    path = store.read_all(store.place_of(folder, MPI.COMM_WORLD.Get_size() - 1))[0][0].path
+    path = store.read_all(place_of(folder, MPI.COMM_WORLD.Get_size() - 1))[0][0].path
     content = bytearray(path.read_bytes())
     content[len(content) // 2 : len(content) // 2 + 64] = b"x" * 64
     path.write_bytes(content)
@@ -54,7 +55,7 @@ def damaged(folder):
 
 def with_another_value(folder):
     """Add a value that no run has to both checkpoints of the last rank."""
-    place = store.place_of(folder, MPI.COMM_WORLD.Get_size() - 1)
+    place = place_of(folder, MPI.COMM_WORLD.Get_size() - 1)
     for one in store.read_all(place)[0]:
         one.path.unlink()
         store.write(place, one.head, one.values | {"domains.0.unheard": 1.0}, one.found)

@@ -18,6 +18,7 @@ from test_ranks import HERE, MPIEXEC, mpiexec, pytestmark  # noqa: F401 - skips 
 
 import tcontact as tc
 from tcontact.device.ranks import passed_on
+from tcontact.results.files import checkpoint_heads
 
 RANKS = 3
 
@@ -201,6 +202,40 @@ def test_a_run_on_two_ranks_goes_on_with_the_bits_of_one_that_never_stopped(whol
     assert not list(tmp_path.rglob("checkpoint*"))
     with h5py.File(tmp_path / name / "result.vtkhdf") as file:
         assert len(file["VTKHDF/Steps/Values"]) == 5
+
+
+def test_two_kills_at_one_checkpoint_leave_the_one_before_it(whole, tmp_path):
+    """Both times the first rank alone has written the second one: the run still goes on from row 3."""
+    for stop in ("torn", "torn-again"):
+        assert mpiexec(2, "rank_resumed.py", tmp_path, stop, "normal").returncode != 0
+        rows = [checkpoint_heads.head_of(tmp_path / "normal" / name)["row"] for name in checkpoint_heads.FILES]
+        assert min(rows) == 3
+        assert max(rows) > 3
+    done = mpiexec(2, "rank_resumed.py", tmp_path, "resumed", "normal")
+    assert done.returncode == 0, done.stderr
+    found = np.load(tmp_path / "normal" / "resumed.npz")
+    assert [key for key in found.files if whole["normal"][key].tobytes() != found[key].tobytes()] == []
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """What rank_kept.py prints."""
+    done = mpiexec(2, "rank_kept.py", tmp_path_factory.mktemp("kept"), timeout=60)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+def test_a_checkpoint_that_all_ranks_have_stays_until_the_next_one_is_complete(kept):
+    """One rank fails at rows 9 and 12; then one is killed three times at the same row."""
+    assert [int(line.split()[1]) for line in kept if line.startswith("full")] == [3, 6, 6, 6, 15, 18]
+    assert [int(line.split()[1]) for line in kept if line.startswith("killed")] == [6, 6, 6]
+
+
+def test_a_checkpoint_that_fails_on_one_rank_is_warned_about_at_once_on_all(kept):
+    first, other = kept[-2:]
+    assert "checkpoint-ranks/1 (No space left on device) on rank 1; free some space there" in first
+    assert first.count("no checkpoint") == 1
+    assert first == other
 
 
 @pytest.fixture(scope="module")

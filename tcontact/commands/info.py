@@ -76,7 +76,7 @@ def contents(path: Path) -> list[str]:
     span = f", {si(data.times[0], 's')} to {si(data.times[-1], 's', 4)}" if len(data) else ""
     summary = read_summary(path.parent) if path.name == "result.vtkhdf" else {}
     if "reason" not in data.attributes and summary.get("reason") != "not-written":
-        span += f"; {unended(path.parent)}"
+        span += f"; {unended(data)}"
     files = [path, *(part.path for part in data.parts)]
     size = sum(file.stat().st_size for file in files) / 1e6
     found = [f"{path}: {len(data.points)} nodes, {kinds}, {len(data)} frames{span}, {size:.3g} MB"]

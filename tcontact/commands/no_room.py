@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError, OutputError
+from ..results.files.checkpoint_heads import goes_on
 from ..results.stored import read_summary
-from ..run.checkpoint import store
 
 
 @contextmanager
@@ -30,7 +30,7 @@ def remedy_of_run(out: Path, origin: Mapping[str, Any], frames: bool) -> str:
 
     `render` draws by what summary.json says of the run; where that was not written, its checks are lost too.
     """
-    if any((out / name).exists() for name in store.FILES):
+    if goes_on(out):
         go_on = f"then `tcontact resume {out}`"
     elif read_summary(out).get("origin") == origin:
         pictures = f" and `tcontact render {out}`" if frames else ""

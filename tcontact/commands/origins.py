@@ -16,7 +16,7 @@ from typing import Any
 from tcontact import cases
 
 from ..base.errors import InputError
-from ..run.checkpoint import store
+from ..results.files import checkpoint_heads
 from . import same_scene, settings
 from .run_scene import is_scene, read_scene, without_checks
 
@@ -130,5 +130,5 @@ def made_again(summary: Mapping[str, Any], folder: Path) -> Rebuilt | None:
     A run that was killed has left no summary. Raises `InputError` if its case, scene file or settings are no longer
     there.
     """
-    origin = of(summary) or of(store.head(folder))
+    origin = of(summary) or of(checkpoint_heads.head(folder))
     return None if origin is None else rebuilt(origin, folder)

@@ -14,9 +14,9 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.version import __version__
+from ..results.files import checkpoint_heads
 from ..results.files.vtkhdf import ResultData
 from ..results.stored import NotStored
-from ..run.checkpoint import store
 from ..run.checkpoint.fingerprint import differences, fingerprint
 
 KEY = "fingerprint"  # in summary.json
@@ -36,7 +36,7 @@ def kept(scene: Any, scheme: Any, rounded: bool = True) -> dict[str, Any]:
 
 def check_same(scene: Any, scheme: Any, source: str, summary: Mapping[str, Any], data: ResultData) -> None:
     """Raise `NotStored` if the scene made from `source` (a case or scene file) is not the one that was run."""
-    known, text = summary or store.head(data.path.parent), ""
+    known, text = summary or checkpoint_heads.head(data.path.parent), ""
     rounded = KEY in known
     stored = known.get(KEY if rounded else "physics")
     if isinstance(stored, Mapping):

@@ -13,12 +13,12 @@ import numpy as np
 from ..base import validate
 from ..base.errors import InputError
 from ..kernels.columns import COLUMNS
+from .files.checkpoint_heads import goes_on
 from .files.vtkhdf import Frame, ResultData
 from .outcome import Outcome
 from .result import Maximum
 
 METALS = ("plastic_strain", "temperature")  # cell fields of metals
-CHECKPOINTS = "checkpoint-*"  # what `tcontact resume` goes on from, in the folder of a run
 ELSEWHERE = "is in checkpoints and in the Result of `simulate` alone"
 NUMBERS = ("time", "dt", "dt_limit", "wall_s", "compile_s", "cell_updates_per_s")
 
@@ -53,7 +53,7 @@ class StoredResult(Outcome):
             known = summary  # the result file found no room for its end
         self.ok = bool(known.get("ok", False))
         self.reason = str(known.get("reason", "running"))
-        self.message = str(known.get("message") or ("" if "reason" in known else unended(data.path.parent)))
+        self.message = str(known.get("message") or ("" if "reason" in known else unended(data)))
         self.steps = int(known.get("steps", 0))
         self.time, self.dt, self.dt_limit, self.wall_s, self.compile_s, self.cell_updates_per_s = (
             float(known.get(name, "nan")) for name in NUMBERS
@@ -78,8 +78,7 @@ class StoredResult(Outcome):
         """One row per step, columns as in docs/COLUMNS.md. Raises `InputError` where the run has not ended."""
         history = self.data.history
         if not history or not len(history["time"]):
-            folder = self.data.path.parent
-            raise InputError("file", str(self.data.path), f"it holds no history: {self.message or unended(folder)}")
+            raise InputError("file", str(self.data.path), f"it holds no history: {self.message or unended(self.data)}")
         order = {column.name: number for number, column in enumerate(COLUMNS)}
         names = sorted(history, key=lambda name: order.get(name.partition(":")[0], len(order)))
         return {name: history[name] for name in names}
@@ -236,9 +235,10 @@ def open_result(folder: Path | str, scene: Any = None, scheme: Any = None) -> St
     return StoredResult(ResultData.open(path), summary, scene, scheme)
 
 
-def unended(folder: Path) -> str:
+def unended(data: ResultData) -> str:
     """Return what there is to know of a run whose result file names no end."""
-    if any(folder.glob(CHECKPOINTS)):
+    folder = data.path.parent
+    if goes_on(folder, len(data)):
         return f"the run has not ended: it goes on, or `tcontact resume {folder}` goes on with it"
     text = "the run has not ended: it goes on, or it stopped before its first checkpoint and has to be run again"
     return f"{text}; history.csv has its rows" if (folder / "history.csv").is_file() else text

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..base.errors import InputError, OutputError
 from ..device.team import Team
+from ..results.files.checkpoint_heads import last_complete, others, place_of
 from ..results.files.vtkhdf_reader import glance
 from .checkpoint import store
 from .checkpoint.keeper import Keeper
@@ -106,6 +107,10 @@ class RankKeeper(Keeper):
         """Return whether a checkpoint is due on all ranks before the step that starts at `row`."""
         return self.team.from_first(super().due(row, stopping, ended))
 
+    def failure(self, own: str) -> str:
+        """Return where the lowest rank that fails could not write its file, "" where all have; all ranks call it."""
+        return self.team.first_of(f"{own} on rank {self.team.rank}" if own else None) or ""
+
 
 def on_all(team: Team | None, act: Callable[[], Value]) -> Value:
     """Run a function on every rank, or the only one (None); return what it gives there.
@@ -147,13 +152,13 @@ def latest_of_all(folder: Path, team: Team) -> list[store.Stored]:
 
     That of this rank where as many ranks had it, else those of all of them. Raises `InputError` on all ranks.
     """
-    numbers = [0, *store.others(folder)]
+    numbers = [0, *others(folder)]
     error: InputError | None = None
     mine: dict[int, list[store.Stored]] = {}
     damaged: list[Path] = []
     try:
         for one in numbers[team.rank :: team.size]:
-            mine[one], bad = store.read_all(store.place_of(folder, one))
+            mine[one], bad = store.read_all(place_of(folder, one))
             damaged += bad
     except InputError as found:
         error = found
@@ -164,7 +169,7 @@ def latest_of_all(folder: Path, team: Team) -> list[store.Stored]:
         raise InputError("folder", str(folder), on_first(team, lambda: nothing(folder, bool(bad))))
     frames = on_first(team, lambda: len(glance(folder / FILE)[0]) if (folder / FILE).exists() else 0)
     rows = [(rank, one.row, one.ranks) for rank, own in mine.items() for one in own if one.head["frames"] <= frames]
-    last = store.last_complete(row for part in team.comm.allgather(rows) for row in part)
+    last = last_complete(row for part in team.comm.allgather(rows) for row in part)
     if last is None:
         raise InputError("folder", str(folder), NOT_ON_ALL)
     wanted = [team.rank] if last[1] == team.size else range(last[1])

@@ -28,6 +28,7 @@ from ..planning.partition.outline import PlanOutline, forget_cells, forget_place
 from ..planning.planning import Plan
 from ..results import frame_fields
 from ..results.elsewhere import ResultElsewhere
+from ..results.files.checkpoint_heads import place_of
 from ..results.report import versions
 from ..results.result import Maximum, Result
 from ..scene.scene import Scene
@@ -338,7 +339,8 @@ def resume_on_ranks(
         if options is not None:
             head |= {"origin": dict(options.origin) or head["origin"], "keep": options.keep or head["keep"]}
         keeper = _keeper(team, options, folder, new, recorder, head, start)
-        keeper.restored(run.course.row)
+        keeper.restored(stored[0].place)
+        store.remove_later(folder, stored[0].place, team.rank, team.size)
         with ProgressBar(scene.duration, "resume", progress and team.leads) as bar:
             bar.update(run.course.time)
             return _carry_out(run, run.course.frames, folder, recorder, keeper, bar, started)
@@ -394,7 +396,7 @@ def _keeper(
     start: Start | None,
 ) -> RankKeeper:
     """Make the keeper of the checkpoints of this rank."""
-    place = store.place_of(folder, team.rank)
+    place = place_of(folder, team.rank)
     on_all(team, lambda: make_folder(place))
     keeper = RankKeeper(options, place, new, recorder, head, start)
     keeper.team = team

@@ -17,6 +17,8 @@ from ..cells.point_state import has_state, metal_field
 from ..cells.stress import VonMises
 from ..device.atomic_file import refuse_special
 from ..mesh.geometry import joined
+from ..results.files.checkpoint_heads import FILES as CHECKPOINTS
+from ..results.files.checkpoint_heads import goes_on
 from ..results.files.frame_process import FrameProcess
 from ..results.files.joined_file import join_parts
 from ..results.files.late_fields import LateField, whole
@@ -25,7 +27,6 @@ from ..results.frame_fields import FRICTION, LAYERS, METAL, STRESS, frame_size
 from ..scene.obstacles.description import describe
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
-from .checkpoint.store import FILES as CHECKPOINTS
 from .contact_fields import ContactFields
 from .folder_lock import check_free, held
 from .snapshot import Snapshot
@@ -245,5 +246,5 @@ def unwritten(folder: Path, what: str, kept: str, error: OSError) -> OutputError
         where = "the folder" if not folder.is_dir() else "the file"
         text = f"{what} cannot be written: {where} was removed or renamed while the run went on; run again"
         return OutputError(f"{folder / FILE}: {text}")
-    go_on = f"then `tcontact resume {folder}`" if any((folder / name).exists() for name in CHECKPOINTS) else "run again"
+    go_on = f"then `tcontact resume {folder}`" if goes_on(folder) else "run again"
     return OutputError(f"{folder / FILE}: {what} cannot be written ({error.strerror}); {kept} kept; make room, {go_on}")

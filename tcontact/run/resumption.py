@@ -13,6 +13,7 @@ from ..device import runtime
 from ..device.ending import BEFORE, ending_all
 from ..device.team import team
 from ..planning.planning import plan
+from ..results.files.checkpoint_heads import last_complete, others, place_of
 from ..results.files.vtkhdf import ResultData
 from ..results.report import versions
 from ..results.result import Result
@@ -129,7 +130,8 @@ def resume(
         if options is not None:
             head |= {"origin": dict(options.origin) or head["origin"], "keep": options.keep or head["keep"]}
         keeper = Keeper(options, path, new, recorder, head, start)
-        keeper.restored(run.course.row)
+        keeper.restored(stored.place)
+        store.remove_later(path, stored.place)
         writing = writing_beside(path, scene, head["fields"], run.course.left + 1)
         with writing as recorder.process, ProgressBar(scene.duration, "resume", progress) as bar:
             bar.update(run.course.time)
@@ -160,10 +162,10 @@ def latest(folder: Path) -> list[store.Stored]:
     if usable[0].ranks == 1:
         return usable[:1]
     known = {0: usable}
-    for rank in store.others(folder):
-        known[rank], bad = store.read_all(store.place_of(folder, rank))
+    for rank in others(folder):
+        known[rank], bad = store.read_all(place_of(folder, rank))
         warn_of_damage(bad)
-    last = store.last_complete((rank, one.row, one.ranks) for rank, own in known.items() for one in own)
+    last = last_complete((rank, one.row, one.ranks) for rank, own in known.items() for one in own)
     if last is None:
         raise InputError("folder", str(folder), NOT_ON_ALL)
     return [store.at(folder, rank, last, known[rank]) for rank in range(last[1])]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...results.files.checkpoint_heads import Place, place_in_run
 from ..watched import Run
 from . import contents, store
 from .options import Checkpoint
@@ -57,8 +58,9 @@ class Keeper:
         self._start = (
             {} if start is None else {f"{START}{k}/{i}": a for k, own in enumerate(start) for i, a in enumerate(own)}
         )
-        self.written = 0
-        self._failed = False
+        self.written = 0  # complete ones
+        self._last: Place | None = None  # the last complete one
+        self._warned = False
         self._next_row, self._next_time = self.every_steps or 0, self._wait(perf_counter(), 0.0)
 
     def due(self, row: int, stopping: bool, ended: bool) -> bool:
@@ -72,24 +74,37 @@ class Keeper:
             return row > 0
         return self.every_seconds is not None and perf_counter() >= self._next_time
 
-    def restored(self, row: int) -> None:
-        """Note that the run continues from that row."""
+    def restored(self, place: Place) -> None:
+        """Note that the run continues from the checkpoint at that place, which stays until the next one is complete."""
+        self._last = place
         if self.every_steps is not None:
-            self._next_row = row + self.every_steps
+            self._next_row = place[0] + self.every_steps
+
+    def failure(self, own: str) -> str:
+        """Return where the present checkpoint could not be written, "" where it is complete; own: in this process."""
+        return own
 
     def save(self, run: Run, row: int) -> None:
-        """Write a checkpoint; if that fails, warn and let the run continue."""
+        """Write a checkpoint; if that fails, warn and let the run continue.
+
+        The last complete one stays until the next one is complete; the next one goes over what a failure has left.
+        """
         began = perf_counter()
         found, values = contents.collect(run, self.new)
         head = self.head | {"row": row, "frames": len(self.recorder.file), "new": self.new}
+        failure = ""
         try:
             self.recorder.file.sync()
-            store.write(self.folder, head, values, found | self._start)
-            self.written += 1
+            store.write(self.folder, head, values, found | self._start, self._last)
         except OSError as error:
-            if not self._failed:
-                run.warn(f"no checkpoint could be written into {self.folder} ({error.strerror}); free some space there")
-            self._failed = True
+            failure = f"{self.folder} ({error.strerror})"
+        failure = self.failure(failure)
+        if not failure:
+            self.written += 1
+            self._last = place_in_run(head)
+        elif not self._warned:
+            self._warned = True
+            run.warn(f"no checkpoint could be written into {failure}; free some space there")
         ended = perf_counter()
         self._next_time = self._wait(ended, ended - began)
         if self.every_steps is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,11 +15,19 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...device.atomic_file import part_of, replaced
+from ...results.files.checkpoint_heads import (
+    FILES,
+    HEAD,
+    RANKS,
+    UNREADABLE,
+    Place,
+    head_of,
+    others,
+    place_in_run,
+    place_of,
+)
 
-FILES = ("checkpoint-a.npz", "checkpoint-b.npz")
-RANKS = "checkpoint-ranks"  # folder of those of the other ranks, one below it for each
 FORMAT = 4
-HEAD = "head"
 
 
 @dataclass(frozen=True)
@@ -34,12 +42,17 @@ class Stored:
     @property
     def row(self) -> int:
         """Row of the history at which it was written."""
-        return int(self.head["row"])
+        return self.place[0]
 
     @property
     def ranks(self) -> int:
         """Number of ranks of the run, which have written a checkpoint each; 1 for one process."""
-        return int(self.head.get("ranks", 1))
+        return self.place[1]
+
+    @property
+    def place(self) -> Place:
+        """Row and number of ranks."""
+        return place_in_run(self.head)
 
 
 class OtherFormat(Exception):
@@ -59,10 +72,19 @@ def taken_over(stored: Stored) -> Iterator[None]:
         raise InputError("folder", str(stored.path), f"{remedy}; resume it with that one, or run it again") from error
 
 
-def write(folder: Path, head: dict[str, Any], values: dict[str, Any], found: dict[str, np.ndarray]) -> Path:
-    """Replace the older of the two checkpoints by a new one; return its file. Raises `OSError`."""
-    rows = {name: -1 if (stored := _head(folder / name)) is None else int(stored["row"]) for name in FILES}
-    path = folder / min(FILES, key=lambda name: rows[name])
+def write(
+    folder: Path,
+    head: dict[str, Any],
+    values: dict[str, Any],
+    found: dict[str, np.ndarray],
+    spared: Place | None = None,
+) -> Path:
+    """Replace one of the two checkpoints by a new one; return its file. Raises `OSError`.
+
+    spared: of the last checkpoint that is complete, which stays; of others the older one goes.
+    """
+    places = {name: (-1, 0) if (stored := head_of(folder / name)) is None else place_in_run(stored) for name in FILES}
+    path = folder / min(FILES, key=lambda name: (places[name] == spared, places[name]))
     text = json.dumps({"format": FORMAT, **head, "values": values, "names": list(found)})
     parts = {str(number): array for number, array in enumerate(found.values())}
     with replaced(path) as part, part.open("wb") as file:
@@ -82,7 +104,7 @@ def read_all(folder: Path) -> tuple[list[Stored], list[Path]]:
         if path.is_file():
             try:
                 good.append(_read(path))
-            except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError):
+            except UNREADABLE:
                 bad.append(path)
             except OtherFormat as error:
                 other = path, str(error)
@@ -91,40 +113,28 @@ def read_all(folder: Path) -> tuple[list[Stored], list[Path]]:
     return sorted(good, key=lambda stored: -stored.row), bad
 
 
-def head(folder: Path) -> dict[str, Any]:
-    """Return the plain data of the latest checkpoint of a folder, {} where there is none that can be read."""
-    found = (_head(folder / name) for name in FILES)
-    return max((one for one in found if one is not None), key=lambda one: int(one["row"]), default={})
-
-
-def place_of(folder: Path, rank: int) -> Path:
-    """Return the folder for the checkpoints of a rank."""
-    return folder if rank == 0 else folder / RANKS / str(rank)
-
-
-def others(folder: Path) -> list[int]:
-    """Return the numbers of the ranks beside the first one that have left checkpoints, ascending."""
-    return sorted(int(found.name) for found in (folder / RANKS).glob("*") if found.name.isdigit())
-
-
-def last_complete(known: Iterable[tuple[int, int, int]]) -> tuple[int, int] | None:
-    """Return row and number of ranks of the last checkpoint that every rank of its run has written, None without any.
-
-    known: rank, row and number of ranks of all checkpoints that were read.
-    """
-    have: dict[tuple[int, int], set[int]] = {}
-    for rank, row, ranks in known:
-        have.setdefault((row, ranks), set()).add(rank)
-    return max((one for one, ranks in have.items() if ranks == set(range(one[1]))), default=None)
-
-
-def at(folder: Path, rank: int, place: tuple[int, int], known: Sequence[Stored] | None = None) -> Stored:
+def at(folder: Path, rank: int, place: Place, known: Sequence[Stored] | None = None) -> Stored:
     """Return the checkpoint of a rank at a row of a run on some ranks, as `last_complete` names them.
 
     known: checkpoints of this rank that were read already.
     """
     there = read_all(place_of(folder, rank))[0] if known is None else known
-    return next(one for one in there if (one.row, one.ranks) == place)
+    return next(one for one in there if one.place == place)
+
+
+def remove_later(folder: Path, place: Place, rank: int = 0, ranks: int = 1) -> None:
+    """Remove the checkpoints that a run leaves behind which goes on from the complete one at `place`.
+
+    They are as late or later, and some rank has not written them, or they cannot be used: left there they would stand
+    beside those that the run writes at the same rows. rank, ranks: of this process, which looks after every `ranks`-th
+    folder of ranks. A file that cannot be removed is overwritten by the next checkpoint.
+    """
+    for number in (0, *others(folder)):
+        for path in (place_of(folder, number) / name for name in FILES if number % ranks == rank):
+            stored = head_of(path)
+            if stored is not None and int(stored["row"]) >= place[0] and place_in_run(stored) != place:
+                with suppress(OSError):
+                    path.unlink()
 
 
 def remove(folder: Path) -> None:
@@ -158,12 +168,3 @@ def _read(path: Path) -> Stored:
         found = {name: stored[str(number)] for number, name in enumerate(head.pop("names"))}
     values = head.pop("values")
     return Stored(path, head, values, found)
-
-
-def _head(path: Path) -> dict[str, Any] | None:
-    """Read the plain data of a checkpoint; None if it is missing or damaged."""
-    try:
-        with np.load(path, allow_pickle=False) as stored:
-            return dict(json.loads(stored[HEAD].tobytes()))
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError):
-        return None
