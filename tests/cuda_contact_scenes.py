@@ -303,7 +303,9 @@ COMBINED = () if tiers.slow() else (
     padded,
 )  # fmt: skip
 # and those without which one scene of every kind of contact is left: with --long alone
-MORE = () if tiers.long() else (normal, sprung, crushed, pressed, held, edged, slowed, forged, repelled, swept, paved)
+MORE = () if tiers.long() else (
+    normal, sprung, ball, crushed, pressed, held, edged, slowed, forged, floated, repelled, swept, paved,
+)  # fmt: skip
 LEFT_OUT = COMBINED + MORE
 RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION + LAYERED if scene not in LEFT_OUT)
 SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION + LAYERED + PAIRED if scene not in LEFT_OUT}
@@ -322,7 +324,7 @@ SEARCHES = {"slowed": (1e-9, 1e-7), "leant": (1e-4, 1e-4, 1e-4, 1e-4)}
 # those whose launches of a block are counted
 COUNTED = tiers.of_tier(("wedged", "baked", "paired"), ("normal", "slowed", "repelled", "swept", "paved"))
 # those that run once more with several blocks of threads, which few nodes do not get by themselves
-SHARED = ("ball",)
+SHARED = tiers.of_tier((), ("ball",))
 
 
 def state_of(name):

@@ -22,11 +22,11 @@ CANCEL = {"contact_force": "pair_force:lower-upper", "impulse": "pair_force:lowe
 RECUT = ("corner", "pushed", "rigid", "pulled", "varied", "pressed", "crossed", "squeezed", "tied")
 ELSEWHERE = () if tiers.slow() else (*RECUT, "hung", "mashed", "scraped")
 ON_TWO = tiers.of_tier(
-    ("normal", "held", "pair", "walls", "loose"),
+    ("normal", "walls", "loose"),
     (name for name in SCENES if name not in ("halves", "springy", "knocked", *ELSEWHERE)),
 )
 SEVERAL = {
-    3: tiers.of_tier(("averaged",), ("normal", "pair", "halves", "springy", "knocked", "bonded")),
+    3: tiers.of_tier(("pair",), ("averaged", "normal", "halves", "springy", "knocked", "bonded")),
     4: tiers.of_tier(("free",), ("held", "halves")),
 }
 
@@ -173,7 +173,7 @@ def test_several_ranks_leave_the_files_of_one_and_their_parts(alone, together):
     assert json.loads((together(2) / "normal/summary.json").read_text(encoding="utf-8"))["ranks"] == 2
 
 
-@pytest.mark.parametrize(("count", "name"), [(4, "free"), (2, "walls")])
+@pytest.mark.parametrize(("count", "name"), [pytest.param(4, "free", marks=pytest.mark.long), (2, "walls")])
 def test_the_same_run_on_the_same_ranks_has_equal_bits(together, tmp_path, count, name):
     done = mpiexec(count, "rank_results.py", tmp_path, name)
     assert done.returncode == 0, done.stderr
