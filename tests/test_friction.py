@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import oracle
 import pytest
-from scenes import material, python, simulate, state_of, thrown, twin, twin_planes
+from scenes import bar_speed, material, python, simulate, state_of, thrown, twin, twin_planes
 from scipy.optimize import brentq
 from test_central_difference import COLUMNS, contact_models, there_position
 
@@ -327,6 +327,22 @@ def test_the_ledger_closes_and_friction_never_gains(name):
         assert np.diff(work).min() >= -1e-9 * work[-1]
     assert errors[1] <= 0.5 * errors[0]
     assert errors[1] <= 4e-3
+
+
+def test_the_ledger_of_a_block_that_slides_over_a_turntable_closes_with_the_square_of_the_step():
+    """A slip with the arm of one end of the step is wrong in proportion to the step."""
+    scene, _ = rubbing("full removal, moving wall", duration=1.0)
+    body, wall = scene.bodies[0], scene.obstacles[0]
+    normal, nodes, speed = np.asarray(wall.normal), body.mesh.nodes, 0.3 * bar_speed(body.material)
+    middle = nodes.mean(axis=0)
+    foot = middle + normal * ((nodes - middle) @ normal).min()
+    across = np.cross(normal, (1.0, 0.0, 0.0))
+    body = dataclasses.replace(body, velocity=speed * across / np.linalg.norm(across))
+    table = tc.Plane(foot, normal, angular_velocity=speed / 0.06 * normal)
+    scene = dataclasses.replace(scene, bodies=[body], obstacles=[table], gravity=-(speed**2) * normal)
+    errors = [simulate(scene, cfl=cfl).history["energy_error"].max() for cfl in (0.4, 0.2)]
+    assert errors[0] <= 2e-4
+    assert errors[1] <= 0.3 * errors[0]
 
 
 def test_friction_is_a_term_only_where_there_is_friction():

@@ -13,6 +13,7 @@ from ..language.threads import item, meet, over_threads, put_sums, turns
 from ..nodes.rigid_record import kind_of
 from ..rigid_places import FREE
 from .constraint_rows import number_of, set_number, set_vector, vector_of
+from .friction import ORIGIN, STEP, node_place
 from .islands import first_other, island_count, node_count
 from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, gap_normal_face, level_with, velocity_at
 
@@ -45,8 +46,21 @@ def fill_row(obstacles: ti.template(), rows: ti.template(), r, x):
         set_number(rows, r, rows.at.size_squared, ti.max(x.norm_sqr(), away.norm_sqr()))
     if ti.static(rows.at.velocity >= 0):
         set_vector(rows, r, rows.at.velocity, velocity_at(obstacles, p, x, VELOCITY))
-    if ti.static(rows.at.mean_velocity >= 0):
-        set_vector(rows, r, rows.at.mean_velocity, velocity_at(obstacles, p, x, MEAN_VELOCITY))
+
+
+@ti.func
+def fill_mean_velocity(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template(), k, p):
+    """Set the velocity of the obstacle of row p of node k over the step for which slip is measured.
+
+    It is that at the middle between the places of the node at its ends, relative to the obstacle: the arm at one end
+    makes the slip on an obstacle that turns wrong in proportion to the step (METHOD 3).
+    """
+    node, r = contact.nodes[k], k * ti.static(rows.options.slots) + p
+    obstacle = obstacles.candidates[r]
+    moved = row(u, node) - three(contact.friction, node_place(k, ORIGIN))
+    drift = contact.friction[STEP] * three(obstacles.records, RECORD * obstacle + MEAN_VELOCITY)
+    middle = position(contact.reference, k, u, node) - 0.5 * (moved - drift)
+    set_vector(rows, r, rows.at.mean_velocity, velocity_at(obstacles, obstacle, middle, MEAN_VELOCITY))
 
 
 @ti.func
@@ -57,6 +71,8 @@ def fill_node(obstacles: ti.template(), rows: ti.template(), contact: ti.templat
     if ti.static(len(contact.options.shapes) > 0):
         for p in range(ti.static(rows.options.obstacle_slots)):
             fill_row(obstacles, rows, k * slots + p, x)
+            if ti.static(rows.at.mean_velocity >= 0):
+                fill_mean_velocity(obstacles, rows, contact, u, k, p)
         if ti.static(rows.at.face >= 0 and rows.options.obstacle_slots > 1):
             find_level_faces(obstacles, rows, k * slots, x)
 

@@ -26,7 +26,7 @@ DEFAULT_CFL = 0.9
 
 @dataclass(frozen=True)
 class CentralDifference:
-    """The central difference scheme: explicit, second order.
+    """The central difference scheme: explicit, second order; docs/choosing.md ("Step") names what is of first.
 
     cfl: step over the stable step that the program computes (default 0.9); or dt [s]: the step, taken as given.
     Raises `InputError` if both are given or one is not positive.
