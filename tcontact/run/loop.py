@@ -117,12 +117,8 @@ class Run:
 
     def cut_by(self, signal: str) -> str:
         """Return what stops the run early, "" without; signal: the name of what this process has received."""
-        return signal or self.said_refused()
-
-    def said_refused(self) -> str:
-        """Return the warning that stops the run, as the user has turned it into an error, in words; "" without."""
-        if self.refused is None:
-            return ""
+        if signal or self.refused is None:
+            return signal
         return f"{type(self.refused).__name__}, which is an error here ({self.refused}),"
 
     def moves_finitely(self) -> bool:
