@@ -14,7 +14,7 @@ import numpy as np
 
 from ...device import arrays
 from ...kernels import pair_places as at
-from .surfaces import Facing, area_vectors, flatness
+from .surfaces import SMOOTH, Facing, area_vectors, flatness
 
 COVERED = 1e-6  # area of a slave face that is covered, over its area, below which it takes no part
 DROPPED = 1e-4  # area D of a row over the area of its node below which there is no row
@@ -22,6 +22,7 @@ SINGULAR = 1e-13  # smallest over largest eigenvalue of int N_s N_s^t below whic
 LARGEST_WEIGHT = 1e3  # beyond it the ordinary shape functions replace the dual ones of a face
 SHARP, FLATTER = 0.95, 0.05  # a slave node below the first flatness takes the normal of masters flatter by the second
 FAR = 3.0  # reach of a pair of faces over that of a slave face; of a slave face where surfaces came in fast
+FLUSH = 0.05  # distance over the size of a slave face by which another surface may lie behind the closest one
 FAST = 0.6  # way of two faces towards each other in a step over the reach, which is fast
 
 
@@ -31,7 +32,8 @@ class Coupling:
 
     slaves [r]: nodes of the domain, ascending; area [r] [m^2]: D; first [r + 1], masters, weights, bodies [e]: entries
     with the place of the body of the master; first_face [r + 1], faces [f, 4], face_weights [f]: the faces whose mean
-    unit normal is the normal of a row.
+    unit normal is the normal of a row; waiting [m]: distance of the nearest surface that has no rows yet as it lies
+    behind another one over the same slave face.
     """
 
     slaves: np.ndarray
@@ -43,6 +45,7 @@ class Coupling:
     first_face: np.ndarray
     faces: np.ndarray
     face_weights: np.ndarray
+    waiting: float = np.inf
 
     def chosen(self, kept: np.ndarray) -> Coupling:
         """Return the rows of which `kept` [r] says so."""
@@ -60,6 +63,7 @@ class Coupling:
             starts(faces[kept]),
             self.faces[beside],
             self.face_weights[beside],
+            self.waiting,
         )
 
     def normals(self, positions: np.ndarray) -> np.ndarray:
@@ -145,12 +149,13 @@ def _coupled(facing: Facing, positions: np.ndarray, pairs: np.ndarray, fast: boo
     found = integrals(corners[0], corners[1], pairs)
     face_areas = np.linalg.norm(area_vectors(positions, slave), axis=1)
     near = found[:, at.COMMON_AREA] > 0.0
-    closest = np.full(len(slave), np.inf)
     distance = found[:, at.DISTANCE]
     if fast:
         distance = np.where(found[:, at.POINT_GAP] < 0.0, distance / FAR, distance)
-    np.minimum.at(closest, pairs[near, 0], distance[near])
-    near &= (found[:, at.DISTANCE] <= FAR * facing.reach) & (closest[pairs[:, 0]] <= facing.reach)
+    seen = near & (found[:, at.DISTANCE] <= FAR * facing.reach)
+    vectors = area_vectors(positions, masters)
+    flat = flatness(masters, vectors, np.linalg.norm(vectors, axis=1), len(positions))
+    near, waiting = _on_surfaces(facing, flat, pairs, seen, distance, found[:, at.POINT_GAP] < 0.0)
     covered = np.bincount(pairs[near, 0], found[near, at.COMMON_AREA], len(slave))
     near &= (covered > COVERED * face_areas)[pairs[:, 0]]
     pairs, found = pairs[near], found[near]
@@ -168,8 +173,53 @@ def _coupled(facing: Facing, positions: np.ndarray, pairs: np.ndarray, fast: boo
     wild[e[weights.reshape(-1, 16).max(axis=1, initial=0.0) > LARGEST_WEIGHT]] = True
     blocks[wild[e]] = mixed[wild[e]]
     shares = own.sum(axis=2)
-    rows = _rows(facing, positions, e, f, blocks, np.where(kept, area, 0.0), shares)
+    rows = _rows(facing, positions, flat, e, f, blocks, np.where(kept, area, 0.0), shares)
+    rows = replace(rows, waiting=waiting)
     return rows.chosen(rows.gaps(positions) >= _least_gaps(facing, e, found, shares)[rows.slaves] - facing.reach)
+
+
+def _on_surfaces(
+    facing: Facing, flat: np.ndarray, pairs: np.ndarray, seen: np.ndarray, distance: np.ndarray, inside: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Return which pairs [p, 2] of those `seen` [p] take part, and the distance [m] of the nearest surface that waits.
+
+    flat [n]: flatness of the masters' nodes; distance [p] [m], inside [p]: of the faces, and whether one stands in the
+    other. Over a slave face, master faces that share nodes are one surface. One of another body, or behind a step,
+    waits until it is hardly further than the closest one: the mean gap of both would press where nothing touches. Of a
+    surface, what is out of reach takes part if faces lead there over smooth nodes from what is in reach: a curved
+    surface falls away from a flat face.
+    """
+    masters, reach = facing.master_faces, facing.reach
+    closest = np.full(len(facing.slave.faces), np.inf)
+    np.minimum.at(closest, pairs[seen, 0], distance[seen])
+    closest = closest[pairs[:, 0]]
+    seen = seen & (closest <= reach)
+    level = closest + FLUSH * facing.slave.size
+    first = seen & ((distance <= level) | (inside & (distance <= reach)))
+    mixed = np.zeros(len(facing.slave.faces), dtype=bool)
+    mixed[pairs[seen & ~first, 0]] = True
+    some = np.flatnonzero(seen & mixed[pairs[:, 0]])
+    if not len(some):
+        return seen, np.inf
+    e, f = pairs[some].T
+    corners = _unique((e[:, None] * len(flat) + masters[f]).reshape(-1))[1].reshape(-1, 4)
+    surface = _spread(first[some], corners, np.ones(corners.shape, dtype=bool))
+    within = surface & (distance[some] <= np.maximum(reach, level[some]))
+    seen[some] = _spread(within, corners, flat[masters[f]] >= SMOOTH)
+    return seen, float(distance[some[~surface]].min(initial=np.inf))
+
+
+def _spread(start: np.ndarray, corners: np.ndarray, through: np.ndarray) -> np.ndarray:
+    """Return which entries [k] are reached from those of `start` [k] over corners [k, 4] that they share.
+
+    through [k, 4]: the corners by which an entry can be reached.
+    """
+    reached, found, before = np.zeros(1 + int(corners.max()), dtype=bool), start, -1
+    while (count := int(found.sum())) > before:
+        before = count
+        reached[corners[found]] = True
+        found = found | (reached[corners] & through).any(axis=1)
+    return found
 
 
 def _least_gaps(facing: Facing, e: np.ndarray, found: np.ndarray, shares: np.ndarray) -> np.ndarray:
@@ -230,6 +280,7 @@ def _dual(products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _rows(
     facing: Facing,
     positions: np.ndarray,
+    flat: np.ndarray,
     e: np.ndarray,
     f: np.ndarray,
     blocks: np.ndarray,
@@ -255,7 +306,7 @@ def _rows(
     r, node = np.divmod(key, count)
     first = np.searchsorted(r, np.arange(len(slaves) + 1))
 
-    faces, face_weights, first_face = _normals(facing, positions, slaves, row, e, f, shares, vectors, sizes)
+    faces, face_weights, first_face = _normals(facing, flat, slaves, row, e, f, shares, vectors, sizes)
     return Coupling(
         slaves, area[slaves], first, node, total / area[slaves][r], owner[node], first_face, faces, face_weights
     )
@@ -273,7 +324,7 @@ def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _normals(
     facing: Facing,
-    positions: np.ndarray,
+    flat: np.ndarray,
     slaves: np.ndarray,
     row: np.ndarray,
     e: np.ndarray,
@@ -289,11 +340,7 @@ def _normals(
     slave's faces weighted by their covered area: the free sides of edges that lie flush on each other do not count.
     """
     slave, masters = facing.slave.faces, facing.master_faces
-    count = len(positions)
-    own_flat = flatness(slave, vectors, sizes, count)
-    master_vectors = area_vectors(positions, masters)
-    master_sizes = np.linalg.norm(master_vectors, axis=1)
-    flat = flatness(masters, master_vectors, master_sizes, count)
+    own_flat = flatness(slave, vectors, sizes, len(flat))
     least = np.full(len(slaves), np.inf)
     covered = row[slave[e]]
     for a in range(4):

@@ -107,6 +107,8 @@ class PairContact:
             self.search(positions)
             self._searched = u[self._nodes].copy()
         couplings = self._coupled(positions, u[self._nodes] - self.built)
+        if self.face_pairs:
+            self.margin = min(self._least_margin, 0.5 * min(one.waiting for one in couplings))
         if self.rebuilds == 0:
             self._close(couplings, self._reference + present)
         self.built, self._built_at = u[self._nodes], self.steps - ago
@@ -217,7 +219,8 @@ class PairContact:
     def _least_margin(self) -> float:
         """Way [m] of a node, against the mean one, after which the search is repeated.
 
-        Two faces that are as far apart as the reach may then touch at most when the rows are built anew.
+        Two faces that are as far apart as the reach may then touch at most when the rows are built anew; it is less
+        where a surface waits (`Coupling.waiting`).
         """
         return min(min(facing.margin / SEARCHED, facing.reach / 2.0) for facing in self.facings)
 
