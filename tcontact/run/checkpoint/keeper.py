@@ -21,9 +21,8 @@ SHARE = 0.01  # largest share of the wall time for checkpoints
 
 START = "start:"
 
-Start = tuple[
-    list[np.ndarray], ...
-]  # displacements [m], velocities [m/s], contact faces, removals before of all bodies
+# of all bodies: displacements [m], velocities [m/s], contact faces, removals in the run before
+Start = tuple[list[np.ndarray], ...]
 
 
 def start_of(stored: store.Stored) -> Start | None:
