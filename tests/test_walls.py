@@ -283,13 +283,14 @@ def test_a_wall_out_of_reach_does_not_change_which_mass_is_removed():
 
 
 @pytest.mark.parametrize("kind", ["many rows a launch", "frames"])
-def test_a_body_that_comes_to_a_wall_out_of_reach_stops_with_the_remedy(kind, tmp_path):
-    """The scene starts at rest far from the side wall; another run has thrown the body at it."""
+def test_a_body_that_comes_to_a_wall_out_of_reach_stops_with_the_remedy(kind, monkeypatch, tmp_path):
+    """The scene starts at rest far from the side wall; another run has thrown the body at it, unknown to planning."""
     side = tc.Plane(point=(3.0, 0.0, 0.0), normal=(-1.0, 0.0, 0.0))
     scene = falling([tc.Plane(point=(0.0, 0.0, -0.01)), side], "normal", 0.0)
     start, along = simulate(scene), np.array([4e3, 0.0, 0.0])
     thrown = dataclasses.replace(start, velocity=start.velocity + along)
     options = {"out": tmp_path / "out", "frames": 9} if kind == "frames" else {}
+    monkeypatch.setattr(tc.Scene, "starting", lambda scene, number: scene.bodies[number])
     result = tc.simulate(scene, initial=thrown, **options)
     assert result.reason == "missed-contact"
     assert "obstacle-1" in result.message
@@ -297,3 +298,15 @@ def test_a_body_that_comes_to_a_wall_out_of_reach_stops_with_the_remedy(kind, tm
     assert abs(result.time - 2.9 / 4e3) <= result.dt, "the last row before it"
     away = simulate(scene, initial=dataclasses.replace(start, velocity=start.velocity - along))
     assert away.ok
+
+
+def test_a_body_that_another_run_has_thrown_at_a_far_wall_meets_it():
+    """The wall is within reach of the velocity at which the body starts, whatever the scene names."""
+    side = tc.Plane(point=(1.0, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), name="side")
+    scene = falling([tc.Plane(point=(0.0, 0.0, -0.01)), side], "normal", 0.0)
+    start = simulate(scene)
+    thrown = dataclasses.replace(start, velocity=start.velocity + np.array([30.0, 0.0, 0.0]))
+    with pytest.warns(tc.RemovalWarning, match="along other directions"):
+        result = tc.simulate(dataclasses.replace(scene, duration=0.04), initial=thrown)
+    assert result.ok
+    assert -30.0 < result.velocity[:, 0].mean() < -20.0

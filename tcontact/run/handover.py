@@ -36,7 +36,7 @@ class Handover(NamedTuple):
         return (
             f"{'; '.join(self.changes)}: contact nodes lose other mass than in the run that this one starts from, and"
             f" momentum and energy jump there ({'; '.join(jumps)}); name the same MasslessContact(removal=) in the"
-            " scenes of both runs"
+            " scenes of both runs, 'full' where only directions change"
         )
 
 
