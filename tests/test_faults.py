@@ -284,7 +284,7 @@ def test_a_full_disk_before_the_first_checkpoint_keeps_the_rows_too(tmp_path):
     assert np.array_equal(rows["energy_error"], result.history["energy_error"])
     assert json.loads((tmp_path / "summary.json").read_text())["reason"] == "not-written"
     stored = tc.open_result(tmp_path)
-    with pytest.raises(tc.InputError, match=r"before its first checkpoint.*history\.csv has its rows"):
+    with pytest.raises(tc.InputError, match=r"cannot be written.*history\.csv has its rows"):
         _ = stored.history
     assert main(["info", str(tmp_path)]) == 0
 

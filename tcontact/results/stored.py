@@ -78,7 +78,10 @@ class StoredResult(Outcome):
         """One row per step, columns as in docs/COLUMNS.md. Raises `InputError` where the run has not ended."""
         history = self.data.history
         if not history or not len(history["time"]):
-            raise InputError("file", str(self.data.path), f"it holds no history: {self.message or unended(self.data)}")
+            why = unended(self.data)
+            if self.reason == "not-written":
+                why = f"{self.message}{_rows_beside(self.data.path.parent)}"
+            raise InputError("file", str(self.data.path), f"it holds no history: {why}")
         order = {column.name: number for number, column in enumerate(COLUMNS)}
         names = sorted(history, key=lambda name: order.get(name.partition(":")[0], len(order)))
         return {name: history[name] for name in names}
@@ -241,7 +244,12 @@ def unended(data: ResultData) -> str:
     if goes_on(folder, len(data)):
         return f"the run has not ended: it goes on, or `tcontact resume {folder}` goes on with it"
     text = "the run has not ended: it goes on, or it stopped before its first checkpoint and has to be run again"
-    return f"{text}; history.csv has its rows" if (folder / "history.csv").is_file() else text
+    return f"{text}{_rows_beside(folder)}"
+
+
+def _rows_beside(folder: Path) -> str:
+    """Return where the rows of a run are whose result file has none, to be added to a message; "" where nowhere."""
+    return "; history.csv has its rows" if (folder / "history.csv").is_file() else ""
 
 
 def read_summary(folder: Path) -> dict[str, Any]:
