@@ -39,7 +39,7 @@ def test_what_lies_below_a_step_is_not_pressed_across_the_gap(masters, step, sta
     bodies = [*masters(step), upper]
     pairs = [tc.Pair("up", body.name, slave="up") for body in bodies[:-1]]
     scene = tc.Scene(bodies, duration=2.0, contact=tc.MasslessContact("full"), pairs=pairs)
-    result = tc.simulate(scene, scheme=tc.CentralDifference(cfl=0.8), threads=1)
+    result = tc.simulate(scene, scheme=tc.CentralDifference(cfl=0.8))
     assert result.ok
     lower = np.concatenate([body.mesh.nodes for body in bodies[:-1]])
     lower = np.flatnonzero((np.abs(lower[:, 2] + step) < 1e-9) & (lower[:, 0] > 1.0 + 1e-9))
