@@ -219,18 +219,20 @@ os.close(terminal)
 print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 """
 IN_A_TERMINAL = """
-import pathlib, signal, sys
+import os, pathlib, signal, sys, time
 from tcontact.commands.cli import main
 from tcontact.results.files.vtkhdf import ResultFile
 append = ResultFile.append
 def waiting(self, moment, *fields):
     if len(self) == 2:
-        print("now", flush=True)
         pathlib.Path(sys.argv[1] + ".now").touch()
-        print("closed", flush=True)
-        signal.alarm(60)  # ends the process if no signal comes
-        signal.pause()
-        signal.alarm(0)
+        signal.alarm(60)  # ends the process if the terminal is not closed
+        try:
+            while True:
+                os.write(1, b".")  # fails when it is; the signal has come then
+                time.sleep(0.05)
+        except OSError:
+            signal.alarm(0)
     append(self, moment, *fields)
 ResultFile.append = waiting
 sys.exit(main(["run", sys.argv[2], "--frames", "8", "--out", sys.argv[1]]))
