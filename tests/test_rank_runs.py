@@ -18,7 +18,7 @@ from tcontact.results.files.vtkhdf import ResultData
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
 BY_MPRGP = ("rubber",)  # rounding errors change the number of its products, not what they give
 CANCEL = {"contact_force": "pair_force:lower-upper", "impulse": "pair_force:lower-upper"}
-# test_rank_recut.py says of most of these in every run that two ranks and one process give the same
+# test_rank_recut.py says of most of these with --long that two ranks and one process give the same
 RECUT = ("corner", "pushed", "rigid", "pulled", "varied", "pressed", "crossed", "squeezed", "tied")
 ELSEWHERE = () if tiers.slow() else (*RECUT, "hung", "mashed", "scraped")
 ON_TWO = tiers.of_tier(
